@@ -288,6 +288,15 @@ static const ibl_option lobes[] = {
 };
 /* clang-format on */
 
+static const ibl_gone gone[] = {
+    {"level-samples", "--method sampled takes --samples for all levels"},
+    {"timings", "-v prints the time of each stage"},
+    {"method=auto", "spectral is the default"},
+    {"mapping=best", "--rendered-error E chooses the levels"},
+    {"rotate=learnopengl rotate=threejs rotate=cmgen",
+     "give degrees: 0, for cmgen -90"},
+    {.words = NULL}};
+
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
     IBL_SECTION("Many environments", many),
@@ -529,6 +538,7 @@ const ibl_command ibl_bake_command = {
         "  DIR/NAME.json            spherical harmonics and what was done\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
+    .gone = gone,
     .settings_size = sizeof(ibl_cmdline),
     .given = offsetof(ibl_opts, given),
     .words = offsetof(ibl_cmdline, words),

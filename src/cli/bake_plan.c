@@ -41,6 +41,16 @@ bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind)
     return !is_own(o, kind) && kind != IBL_OUTPUT_JSON;
 }
 
+bool ibl_set_is_named(const ibl_opts *o)
+{
+    bool named = o->sh_format;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+        named |= ibl_opts_want(o, (ibl_output_kind)kind) &&
+                 !ibl_set_is_shared(o, (ibl_output_kind)kind);
+    return named;
+}
+
 /* The path of a file of an output that has so many levels, and so many pictures
  * of each. */
 static char *make_path(const ibl_output_set *b, ibl_output_kind kind,
@@ -208,7 +218,7 @@ static bool check_source(ibl_output_set *b)
     const char *writer, *was;
     ibl_json_why why;
 
-    if (!o->input || o->name != o->stem)
+    if (!o->input || o->name != o->stem || !ibl_set_is_named(o))
         return true;
     char *path = make_path(b, IBL_OUTPUT_JSON, 1, 1, 0);
     json_t *sidecar = ibl_json_load(path, 0, &why);

@@ -325,9 +325,7 @@ bool ibl_opts_check_uses(const ibl_cmdline *line)
              "nothing that is made has directions: leave it out"},
             {"prefiltered " IBL_INPUT_OPTIONS, !ibl_opts_of_none(o),
              "nothing that is made depends on the environment: leave it out"},
-            {"name",
-             o->sh_format || only & ~(LUT | LOBES) ||
-                 (only & LOBES && !ibl_set_is_shared(o, IBL_OUTPUT_LOBES)),
+            {"name", ibl_set_is_named(o),
              "no file has a name of its own: leave it out"},
             {"verify max-error", cubes || only & LUT,
              "nothing that is made can be judged: add a map or lut to "

@@ -465,6 +465,15 @@ static const ibl_option reports[] = {
 };
 /* clang-format on */
 
+static const ibl_gone gone[] = {
+    {"bake variant formats full methods sizes source-sizes quality zstd "
+     "rendered shader lod",
+     "what is measured is a table: see --only"},
+    {"peer peer-output timeout timings",
+     "tests/bench-peers.sh measures other programs"},
+    {"json", "--csv has all figures"},
+    {.words = NULL}};
+
 static const ibl_section *const sections[] = {
     IBL_SECTION("Measuring", measuring), IBL_SECTION("Reports", reports),
     &ibl_input_section, &ibl_running_section, NULL};
@@ -507,6 +516,7 @@ const ibl_command ibl_bench_command = {
              "uncertainty of every figure.\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
+    .gone = gone,
     .settings_size = sizeof(bench_opts),
     .defaults = defaults,
     .take = take,

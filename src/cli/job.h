@@ -226,6 +226,8 @@ char *ibl_depfile_text(const ibl_job *r);
 
 /* Whether an output is the same for all environments. */
 bool ibl_set_is_shared(const ibl_opts *o, ibl_output_kind kind);
+/* Whether any file of a set has the name of its environment. */
+bool ibl_set_is_named(const ibl_opts *o);
 /* Whether it is one that another job has for all environments. */
 static inline bool ibl_set_takes(const ibl_output_set *b, ibl_output_kind kind)
 {

@@ -136,6 +136,20 @@ static const ibl_option results[] = {
 };
 /* clang-format on */
 
+static const ibl_gone gone[] = {
+    {"axes", "give --mirror and --up"},
+    {"heatmap", "the table says where the largest error is"},
+    {"plot", "--json has the figures"},
+    {"f0 roughness lod", "the table has both F0 and all roughnesses"},
+    {"overflow", "the bake warns of it"},
+    {"face-names", "give a KTX2, KTX or DDS file"},
+    {"lobe=auto mirror=auto up=auto irradiance-scale=auto lut-kind=auto "
+     "geometry=auto",
+     "leave it out"},
+    {"rotate=learnopengl rotate=threejs rotate=cmgen",
+     "give degrees: 0, for cmgen -90"},
+    {.words = NULL}};
+
 static const ibl_section *const sections[] = {
     IBL_SECTION("Files", files),
     IBL_SECTION("What the files mean", meaning),
@@ -665,6 +679,7 @@ const ibl_command ibl_verify_command = {
              "errors of each level.\n",
     .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
     .sections = sections,
+    .gone = gone,
     .settings_size = sizeof(verify_opts),
     .given = offsetof(verify_opts, given),
     .defaults = defaults,

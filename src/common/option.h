@@ -96,6 +96,12 @@ typedef struct ibl_section {
     }
 
 /* A command of the program. */
+/* Options that went, or values as "name=value", with blanks between them, and
+ * what to do. */
+typedef struct ibl_gone {
+    const char *words, *instead;
+} ibl_gone;
+
 typedef struct ibl_command {
     const char *name;     /* the first argument; NULL: the default command */
     const char *usage;    /* its arguments */
@@ -103,6 +109,7 @@ typedef struct ibl_command {
     const char *intro;    /* the first lines of --help, after the usage */
     const char *statuses; /* its exit statuses */
     const ibl_section *const *sections; /* ended by NULL */
+    const ibl_gone *gone;               /* ended by words NULL; or NULL */
     size_t settings_size;
     size_t given; /* offset of an ibl_given in the settings; 0: none */
     void (*defaults)(void *settings); /* NULL: the settings stay */

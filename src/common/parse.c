@@ -82,13 +82,39 @@ const ibl_option *ibl_option_find(const ibl_command *cmd, const char *name,
     return opt;
 }
 
-/* Refuses a word behind one or two dashes; names the option that is like it. */
+/* Whether a list has a word, with blanks between them. */
+static bool has_word(const char *list, const char *word, size_t length)
+{
+    while (*list) {
+        const size_t here = strcspn(list, " ");
+        if (here == length && !memcmp(list, word, length))
+            return true;
+        list += here + (list[here] == ' ');
+    }
+    return false;
+}
+
+/* What to do in place of what went; NULL: it did not. */
+static const char *instead_of(const ibl_command *cmd, const char *word,
+                              size_t length)
+{
+    for (const ibl_gone *g = cmd->gone; g && g->words; g++)
+        if (has_word(g->words, word, length))
+            return g->instead;
+    return NULL;
+}
+
+/* Refuses a word behind one or two dashes; says what to do if the option went,
+ * or which one is like it. */
 static bool unknown(const ibl_command *cmd, const char *dashes,
                     const char *word, size_t length)
 {
+    const char *instead = dashes[1] ? instead_of(cmd, word, length) : NULL;
     const ibl_option *opt, *nearest = NULL;
     size_t least = length / 3 + 2;
 
+    if (instead)
+        return ibl_misuse("--%.*s: is no more: %s", (int)length, word, instead);
     for (int n = 0; dashes[1] && (opt = ibl_option_at(cmd, n)); n++) {
         const size_t d = distance(opt->name, word, length);
         if (d < least) {
@@ -243,6 +269,10 @@ static bool set(line *l, const ibl_option *opt, const char *value)
     }
     if (ok && !*end)
         return true;
+    snprintf(allowed, sizeof allowed, "%s=%s", opt->name, value);
+    const char *instead = instead_of(l->cmd, allowed, strlen(allowed));
+    if (instead)
+        return ibl_misuse("--%s %s: is no more: %s", opt->name, value, instead);
     ibl_option_allowed(opt, allowed, sizeof allowed);
     const char *quote = value[strcspn(value, " \t\n")] || !*value ? "'" : "";
     return ibl_misuse("--%s %s%s%s: not a value of that option: it takes %s",
@@ -344,11 +374,8 @@ const char *ibl_given_of(const ibl_given *given, const char *options)
 {
     for (int i = 0; i < given->count; i++) {
         const char *name = given->list[i].option->name;
-        const size_t length = strlen(name);
-        for (const char *at = options; (at = strstr(at, name)); at += length)
-            if ((at == options || at[-1] == ' ') &&
-                (at[length] == ' ' || !at[length]))
-                return name;
+        if (has_word(options, name, strlen(name)))
+            return name;
     }
     return NULL;
 }
