@@ -297,17 +297,20 @@ bool ibl_job_check_depfile(ibl_job *r)
  */
 static void append_path(char **text, const char *path)
 {
+    char *quoted = ibl_need(malloc(2 * strlen(path) + 1)), *to = quoted;
     size_t backslashes = 0;
 
     for (; *path; path++) {
         if (*path == ' ')
             for (size_t i = 0; i <= backslashes; i++)
-                ibl_append(text, "\\");
+                *to++ = '\\';
         else if (strchr("#:$", *path))
-            ibl_append(text, *path == '$' ? "$" : "\\");
+            *to++ = *path == '$' ? '$' : '\\';
         backslashes = *path == '\\' ? backslashes + 1 : 0;
-        ibl_append(text, "%c", *path);
+        *to++ = *path;
     }
+    ibl_append(text, "%.*s", (int)(to - quoted), quoted);
+    free(quoted);
 }
 
 char *ibl_depfile_text(const ibl_job *r)
