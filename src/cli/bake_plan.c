@@ -268,16 +268,15 @@ static bool check_quotable(ibl_job *r, const char *path)
                path, control ? "control character" : "", control ? 0 : 1, at);
 }
 
-bool ibl_job_check_depfile(ibl_job *r)
+/* Checks that the depfile can name the files, and is none of them. */
+static bool check_depfile(ibl_job *r, const ibl_files *f)
 {
     const char *depfile = r->opts->depfile;
     bool ok = true;
-    ibl_files f;
 
-    ibl_job_files(r, true, &f); /* the bake says what is missing */
-    for (int i = 0; i < f.count && ok; i++) {
-        const char *path = f.path[i];
-        if (i < f.inputs)
+    for (int i = 0; i < f->count && ok; i++) {
+        const char *path = f->path[i];
+        if (i < f->inputs)
             ok = ibl_console_differ(&r->console, path, depfile, "--depfile");
         else if (!strcmp(path, depfile) || ibl_path_same(path, depfile) > 0)
             ok = ibl_console_fail(&r->console,
@@ -286,6 +285,15 @@ bool ibl_job_check_depfile(ibl_job *r)
                                   depfile);
         ok = ok && check_quotable(r, path);
     }
+    return ok;
+}
+
+bool ibl_job_check_depfile(ibl_job *r)
+{
+    ibl_files f;
+
+    ibl_job_files(r, true, &f); /* the bake says what is missing */
+    const bool ok = check_depfile(r, &f);
     ibl_files_free(&f);
     return ok;
 }
@@ -350,7 +358,7 @@ bool ibl_job_plan(ibl_job *r)
     for (int i = 0; i < r->count && ok; i++)
         ok = check_source(&r->sets[i]);
     if (ok && depfile)
-        ok = ibl_job_check_depfile(r) && check_made(r, &f, depfile);
+        ok = check_depfile(r, &f) && check_made(r, &f, depfile);
     ibl_files_free(&f);
     return ok;
 }
