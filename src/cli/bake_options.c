@@ -465,15 +465,18 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
         target ? target->options : preset_options[typed->preset];
     char prefix[32] = "";
 
-    char **words = ibl_need(ibl_words_split(options));
-    defaults(&want);
-    bool ok = ibl_command_line(&more, words, &want, NULL);
-    free(words); /* no option of a target keeps its word */
-    *o = want;
-    if (!ok || !ibl_command_line(&more, line->words, o, NULL))
-        return false;
-    o->given = typed->given;
-    o->input = typed->input;
+    *o = *typed;
+    if (*options) {
+        char **words = ibl_need(ibl_words_split(options));
+        defaults(&want);
+        const bool ok = ibl_command_line(&more, words, &want, NULL);
+        free(words); /* no option of a target keeps its word */
+        *o = want;
+        if (!ok || !ibl_command_line(&more, line->words, o, NULL))
+            return false;
+        o->given = typed->given;
+        o->input = typed->input;
+    }
     o->of = target;
     drop_unfit(o);
     if (target || typed->preset)
@@ -481,8 +484,8 @@ static bool add_set(ibl_cmdline *line, const ibl_opts *typed,
                  "--%s %s: ", target ? "target" : "preset",
                  target ? target->name : preset_names[typed->preset]);
     ibl_misuse_prefix(prefix);
-    ok = (!target || ibl_opts_fit_target(o, &want)) && complete(o) &&
-         ibl_opts_check(o);
+    const bool ok = (!target || ibl_opts_fit_target(o, &want)) && complete(o) &&
+                    ibl_opts_check(o);
     ibl_misuse_prefix("");
     if (ok)
         ibl_opts_select(o);

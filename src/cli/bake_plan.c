@@ -221,7 +221,7 @@ static bool check_source(ibl_output_set *b)
     if (!o->input || o->name != o->stem || !ibl_set_is_named(o))
         return true;
     char *path = make_path(b, IBL_OUTPUT_JSON, 1, 1, 0);
-    json_t *sidecar = ibl_json_load(path, 0, &why);
+    json_t *sidecar = access(path, F_OK) ? NULL : ibl_json_load(path, 0, &why);
     bool ok = json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name",
                           &writer, "source", "path", &was) ||
               strcmp(writer, "iblbake") != 0;
