@@ -337,8 +337,6 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
 
 # Another machine's clock.
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
-# Its stage's context is to be cancelled.
-$(BUILD)/tests/check_view_stage: TEST_LIBS = -Wl,--wrap=ibl_ctx_create
 # Frames that take as long as a test says.
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now

@@ -56,7 +56,6 @@ static const key_case cases[] = {
     PLAIN('b', 'b', sky),
     PLAIN('x', 'x', parallax),
     PLAIN('k', 'k', probe_capture),
-    PLAIN('y', 'y', probe_filter),
     PLAIN('h', 'H', probes),
     PLAIN('V', 'V', volumes),
     PLAIN('B', 'B', blend),

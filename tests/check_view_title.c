@@ -68,8 +68,7 @@ TEST(times_are_of_one_update)
         app.settings.seconds = i;
         CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
         const double *ms =
-            view_scene_state_of(view_renderer_stage(app.renderer))
-                ->ms[VIEW_PROBE_GPU];
+            view_scene_state_of(view_renderer_stage(app.renderer))->ms;
         CHECK_NEAR(ms[0], i < 2 ? 6 : 2, 1e-6);
         CHECK_NEAR(ms[1], levels, 1e-6);
         CHECK_NEAR(ms[2], 6, 1e-6);
@@ -226,7 +225,7 @@ TEST(a_line_for_each_update)
     begin();
     const char *line = frame(&stats, 0);
     CHECK_MSG(strstr(line, "probe seconds=0.000 size=16 capture=faces "
-                           "filter=gpu ms=") == line &&
+                           "ms=") == line &&
                   strstr(line, " frames=1 frame=10.0 worst=10.0\n"),
               "%s", line);
     CHECK(!*frame(&stats, 0.1));

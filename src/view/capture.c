@@ -229,97 +229,6 @@ static void use_lookups(const view_capture *c, int first, int last)
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }
 
-/* ---- filters of the library -------------------------------------------- */
-
-/* The colours of level 0 of the lookups as a map, or its alpha as greys. False,
- * with a message. The caller must free map either way. */
-static bool read_map(const view_capture *c, ibl_ctx *ctx, bool alpha,
-                     ibl_image *map)
-{
-    const int n = c->size, width = ibl_latlong_width(n);
-    float *rgba = ibl_need(malloc(4 * (size_t)n * n * sizeof *rgba));
-    ibl_cube cube = {0};
-    bool ok = !ibl_image_alloc(ctx, width, width / 2, map) &&
-              !ibl_cube_alloc(ctx, n, 1, &cube);
-
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
-    for (int f = 0; f < IBL_FACES && ok; f++) {
-        attach(GL_FRAMEBUFFER, c->lookup, 0, 0, f);
-        gl.ReadPixels(0, 0, n, n, GL_RGBA, GL_FLOAT, rgba);
-        for (int i = 0; i < 3 * n * n; i++)
-            ibl_cube_face(&cube, 0, f)[i] =
-                rgba[4 * (i / 3) + (alpha ? 3 : i % 3)];
-    }
-    ok = ok && !ibl_latlong_from_cube(ctx, &cube, map);
-    ibl_cube_free(&cube);
-    free(rgba);
-    return ok;
-}
-
-/* Bakes levels and irradiance from the lookups. */
-static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
-                 ibl_bake_result *result)
-{
-    ibl_image map = {0};
-    const ibl_environment env = {.image = &map};
-    ibl_bake_options opts = ibl_bake_options_default();
-
-    opts.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
-    opts.specular_options.size = c->size;
-    opts.specular_options.levels = c->levels;
-    opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
-    opts.sh_degree = -1;
-    const bool ok = read_map(c, ctx, alpha, &map) &&
-                    !ibl_bake_environment(ctx, &env, &opts, result);
-    ibl_image_free(&map);
-    return ok;
-}
-
-/* Uploads levels from `first` on into a layer; empty alpha is 1. */
-static void upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
-                   GLuint cubes, int layer)
-{
-    const size_t most = (size_t)IBL_FACES * rgb->size * rgb->size;
-    const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
-    float *rgba = ibl_need(malloc(4 * most * sizeof *rgba));
-
-    bind(VIEW_CAPTURE_UNIT, cubes);
-    for (int l = first; l < rgb->levels; l++) {
-        const int n = ibl_cube_edge(rgb->size, l);
-        const float *from = ibl_cube_face(rgb, l, 0);
-        const float *seen = alpha->data ? ibl_cube_face(alpha, l, 0) : NULL;
-        for (int i = 0; i < IBL_FACES * n * n; i++) {
-            for (int k = 0; k < 3; k++)
-                rgba[4 * i + k] = fminf(from[3 * i + k], largest);
-            rgba[4 * i + 3] = alpha->data ? fminf(seen[3 * i], 1) : 1;
-        }
-        gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0, IBL_FACES * layer,
-                         n, n, IBL_FACES, GL_RGBA, GL_FLOAT, rgba);
-    }
-    free(rgba);
-}
-
-/* Filters level 0 of the lookups into the shot's other levels and irradiance,
- * by an equirectangular map, which the library takes. False, with a message; a
- * failed bake changes no cube. */
-static bool filter_by_library(const view_capture *c,
-                              const view_capture_shot *shot)
-{
-    const view_cubes *to = shot->to;
-    ibl_bake_result rgb = {0}, alpha = {0};
-    const bool ok = bake(c, shot->cpu, false, &rgb) &&
-                    (!shot->draw.bare || bake(c, shot->cpu, true, &alpha));
-
-    if (ok) {
-        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer);
-        upload(&rgb.irradiance, &alpha.irradiance, 0, to->irradiance,
-               shot->layer);
-    }
-    ibl_bake_result_free(&rgb);
-    ibl_bake_result_free(&alpha);
-    return ok;
-}
-
 /* ---- drawing the scene ------------------------------------------------- */
 
 /* For each face: view direction, x axis (next column), y axis (next row).
@@ -472,12 +381,12 @@ static void filter(const view_capture *c, const view_capture_shot *shot,
 
 /* ---- updates ----------------------------------------------------------- */
 
-static int step_count(const view_capture *c, const view_capture_shot *shot)
+static int step_count(const view_capture *c)
 {
-    return side_count(c) + 1 + (shot->cpu ? 0 : IBL_FACES * c->levels);
+    return side_count(c) + 1 + IBL_FACES * c->levels;
 }
 
-/* Returns the part that the step's time counts for, or -1 on failure. */
+/* Returns the part that the step's time counts for. */
 static int do_step(const view_capture *c, const view_capture_shot *shot)
 {
     const int index = c->step - side_count(c);
@@ -494,47 +403,39 @@ static int do_step(const view_capture *c, const view_capture_shot *shot)
     if (c->kind == VIEW_PROBE_PARABOLOIDS)
         resample(c);
     copy(c, shot);
-    if (!shot->cpu)
-        make_lookups(c);
-    else if (!filter_by_library(c, shot))
-        return -1;
+    make_lookups(c);
     return VIEW_CAPTURE_LEVELS;
 }
 
-static bool timed_step(view_capture *c, const view_capture_shot *shot)
+static void timed_step(view_capture *c, const view_capture_shot *shot)
 {
     const double started = ibl_now();
     const int part = do_step(c, shot);
 
-    if (part < 0)
-        return false;
     if (shot->timed)
         gl.Finish();
     c->ms[part] += 1e3 * (ibl_now() - started);
     c->step++;
-    return true;
 }
 
 view_capture_state view_capture_update(view_capture *c,
                                        const view_capture_shot *shot, int steps)
 {
-    const int all = step_count(c, shot);
-    bool ok = true;
+    const int all = step_count(c);
 
     if (!steps)
         c->step = 0;
     if (!c->step)
         memset(c->ms, 0, sizeof c->ms);
     const int end = steps && c->step + steps < all ? c->step + steps : all;
-    while (ok && c->step < end)
-        ok = timed_step(c, shot);
+    while (c->step < end)
+        timed_step(c, shot);
     gl.UseProgram(0);
     gl.ActiveTexture(GL_TEXTURE0);
-    if (ok && c->step < all)
+    if (c->step < all)
         return VIEW_CAPTURE_BEGUN;
     c->step = 0;
-    return ok && view_gl_check("a capture") ? VIEW_CAPTURE_DONE
-                                            : VIEW_CAPTURE_FAILED;
+    return view_gl_check("a capture") ? VIEW_CAPTURE_DONE : VIEW_CAPTURE_FAILED;
 }
 
 const double *view_capture_times(const view_capture *c)

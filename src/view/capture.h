@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Captures of the room as cubes, filtered to levels of roughness (ibl/ibl.h:
- * GGX with N = V = R) and irradiance: on the GPU, a face at a time, or by the
- * library. For cubes of 64 texels and more, the GPU's levels differ from the
- * library's by an nRMSE of 0.2 % in an evenly lit room, up to 1.5 % with a
- * light 50 times as bright, 2 % with 200 times and 2.2 % with 1000 times
- * (tests/check_view_capture.c).
+ * GGX with N = V = R) and irradiance, a face at a time. Levels of cubes of 64
+ * texels differ from the library's by an nRMSE of 1.5 % in an evenly lit room,
+ * up to 4 % with a light 50 times as bright, 11 % with a small one 1000 times
+ * as bright (tests/check_view_capture.c).
  *
  * Alpha is the share of a texel that was drawn, 0..1. Filters treat it like the
  * colours, which are premultiplied by it.
@@ -47,8 +46,7 @@ typedef struct view_capture_shot {
     double far;           /* far plane; the near plane is at 0.05 */
     const view_cubes *to; /* cubes of the capture's size */
     int layer;
-    ibl_ctx *cpu; /* not NULL: the library filters, in one step */
-    bool timed;   /* waits for the end of each step */
+    bool timed; /* waits for the end of each step */
 } view_capture_shot;
 
 typedef enum view_capture_state {
@@ -73,18 +71,16 @@ void view_capture_free(view_capture *c); /* NULL is fine */
 
 /*
  * Does the next `steps` steps of an update, at most to its end. 0: drops an
- * update that was begun, and does a whole one. FAILED, with a message, if the
- * library or OpenGL fails; the next call then begins a new update.
+ * update that was begun, and does a whole one. FAILED, with a message, if
+ * OpenGL fails; the next call then begins a new update.
  *
  * The steps are: draw each of six faces or two sides; make the lookups; fill
- * each face of each level from 1 on; fill each face of the irradiance. With
- * shot->cpu, one step follows the drawn sides.
+ * each face of each level from 1 on; fill each face of the irradiance.
  */
 view_capture_state
 view_capture_update(view_capture *c, const view_capture_shot *shot, int steps);
-/* Milliseconds of the last update, once it is DONE: drawing, levels, irradiance
- * (0 if the library made it with the levels). Without shot->timed, the time to
- * issue the commands. */
+/* Milliseconds of the last update, once it is DONE: drawing, levels,
+ * irradiance. Without shot->timed, the time to issue the commands. */
 const double *view_capture_times(const view_capture *c);
 
 /* ---- samples (capture_samples.c) --------------------------------------- */

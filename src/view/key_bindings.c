@@ -176,8 +176,6 @@ const view_control view_controls[] = {
      SHOWN(SCENE, "parallax")},
     {"k", "its capture: faces, paraboloids", 'k',
      CYCLE(probe_capture, VIEW_PROBE_CAPTURES)},
-    {"y", "its filter: OpenGL, the library", 'y',
-     CYCLE(probe_filter, VIEW_PROBE_FILTERS)},
     {"j J", "captured more rarely, more often", 'j', 'J',
      ADD(probe_interval, 0.25, 0, 2)},
     {"h H", "more local probes, fewer", 'h', 'H', CHANGE(COUNTS, probes),

@@ -203,7 +203,7 @@ static const ibl_rule rules[] = {
     {"zoom", FLAT, "is of --mode levels, irradiance and table"},
     {"pan", FLAT | MODEL, "is of --mode levels, irradiance, table and model"},
     {"seconds no-parallax no-blend no-walls probes probe-set probe-size "
-     "probe-capture probe-filter probe-limit volumes no-capture-shadows "
+     "probe-capture probe-limit volumes no-capture-shadows "
      "mirror-priority",
      SCENE, "is of --mode scene"},
     {"turn yaw pitch fov antialias", LIT | SCENE,
@@ -405,9 +405,6 @@ static const ibl_option scene[] = {
     {"probe-capture", 0,
      IBL_CHOICE(settings.probe_capture, view_probe_capture_names),
      .help = "draw six faces, or two paraboloids"},
-    {"probe-filter", 0,
-     IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
-     .help = "what filters captures: OpenGL, or the library on the CPU"},
     {"probe-limit", 0, FLAG(settings.probe_limit),
      .help = "a capture ends where its probe's influence ends; farther off, "
               "other probes and the environment fill in"},
@@ -497,6 +494,11 @@ static const ibl_option running[] = {
 };
 /* clang-format on */
 
+static const ibl_gone gone[] = {
+    {"probe-filter", "OpenGL filters captures: leave it out"},
+    {"save-probes", "iblbake probes takes captures of engines"},
+    {.words = NULL}};
+
 static const ibl_section *const sections[] = {
     IBL_SECTION("Files", files),         IBL_SECTION("Pictures", pictures),
     IBL_SECTION("What is shown", shows), IBL_SECTION("Spheres", spheres),
@@ -536,6 +538,7 @@ static const ibl_command show = {
              "In the window ? lists the keys.\n",
     .statuses = "0 done, 1 failed, 2 wrong usage",
     .sections = sections,
+    .gone = gone,
     .settings_size = sizeof(view_options),
     .given = offsetof(view_options, given),
     .defaults = set_defaults,

@@ -123,27 +123,22 @@ void view_stats_add(view_stats *t, double ms)
     t->worst = fmax(t->worst, ms);
 }
 
-static void print_probe(const view_scene *stage, const view_settings *s,
-                        view_probe_filter filter)
+void view_stats_end(view_stats *t, const view_renderer *r,
+                    const view_settings *s)
 {
-    const double *ms = view_scene_state_of(stage)->ms[filter];
+    const view_scene *stage = view_renderer_stage(r);
 
-    printf("probe seconds=%.3f size=%d capture=%s filter=%s ms=%.1f "
-           "drawing=%.1f levels=%.1f irradiance=%.1f",
-           view_scene_state_of(stage)->shown, s->probe_size,
-           view_probe_capture_names[s->probe_capture],
-           view_probe_filter_names[filter], ms[0] + ms[1] + ms[2], ms[0], ms[1],
-           ms[2]);
-}
-
-/* In the scene, about the last update of its probe. */
-static void print_line(view_stats *t, const view_scene *stage,
-                       const view_settings *s)
-{
-    if (s->mode == VIEW_SCENE)
-        print_probe(stage, s, s->probe_filter);
-    else
+    if (s->mode == VIEW_SCENE) {
+        const view_scene_state *state = view_scene_state_of(stage);
+        const double *ms = state->ms;
+        printf("probe seconds=%.3f size=%d capture=%s ms=%.1f drawing=%.1f "
+               "levels=%.1f irradiance=%.1f",
+               state->shown, s->probe_size,
+               view_probe_capture_names[s->probe_capture],
+               ms[0] + ms[1] + ms[2], ms[0], ms[1], ms[2]);
+    } else {
         printf("view mode=%s", view_mode_names[s->mode]);
+    }
     printf(" frames=%d frame=%.1f worst=%.1f\n", t->frames, t->sum / t->frames,
            t->worst);
     t->frames = 0;
@@ -160,23 +155,6 @@ void view_stats_tell(view_stats *t, const view_renderer *r,
                                              : ibl_now() - t->begun < 1))
         return;
     t->updates = updates;
-    print_line(t, stage, s);
+    view_stats_end(t, r, s);
     fflush(stdout);
-}
-
-bool view_stats_end(view_stats *t, const view_renderer *r,
-                    const view_settings *s)
-{
-    view_scene *stage = view_renderer_stage(r);
-    const view_probe_filter other =
-        s->probe_filter == VIEW_PROBE_GPU ? VIEW_PROBE_CPU : VIEW_PROBE_GPU;
-
-    print_line(t, stage, s);
-    if (s->mode != VIEW_SCENE)
-        return true;
-    if (!view_scene_measure(stage, other))
-        return false;
-    print_probe(stage, s, other);
-    putchar('\n');
-    return true;
 }

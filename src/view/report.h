@@ -34,9 +34,9 @@ void view_stats_add(view_stats *t, double ms);
 /* For a window, after each frame: prints a line if it is due. */
 void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s);
-/* For a picture or sheet: prints a line, and in the scene a second one for the
- * same capture with the other filter. False, with a message. */
-bool view_stats_end(view_stats *t, const view_renderer *r,
+/* For a picture or sheet: prints the line, in the scene of the last update of
+ * its probe. */
+void view_stats_end(view_stats *t, const view_renderer *r,
                     const view_settings *s);
 
 #endif

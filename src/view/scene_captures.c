@@ -38,7 +38,6 @@ struct view_scene {
     int due;  /* number of locals, from the end, to capture again */
     int seen; /* number of locals, from the start, that were captured */
     const view_probe_set *set; /* baked probes replace locals */
-    ibl_ctx *ctx;              /* NULL until the library filters */
     view_settings made;        /* settings of the captures */
     view_scene_state now;      /* its draw is the one in progress */
     view_canvas canvas;
@@ -75,7 +74,6 @@ void view_scene_free(view_scene *st)
     if (!st)
         return;
     drop_captures(st);
-    ibl_ctx_free(st->ctx);
     view_room_free(st->room);
     free(st);
 }
@@ -84,14 +82,6 @@ void view_scene_use(view_scene *st, const view_probe_set *probes)
 {
     st->set = probes;
     st->fresh = false;
-}
-
-static bool make_context(view_scene *st)
-{
-    ibl_ctx_options o = ibl_ctx_options_default();
-
-    o.log = view_log;
-    return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
 /* Makes cubes for count local probes and places the probes. */
@@ -126,19 +116,13 @@ static bool make_cubes(view_scene *st, int size, int count)
 static bool make_captures(view_scene *st, const view_settings *s)
 {
     const int locals = st->set ? 0 : s->probes;
-    const bool same_capture = s->probe_size == st->made.probe_size &&
-                              s->probe_capture == st->made.probe_capture &&
-                              s->probe_limit == st->made.probe_limit;
 
-    if (s->probe_filter == VIEW_PROBE_CPU && !make_context(st))
-        return false;
-    if (st->capture && same_capture && locals == st->local_count)
+    if (st->capture && locals == st->local_count &&
+        s->probe_size == st->made.probe_size &&
+        s->probe_capture == st->made.probe_capture &&
+        s->probe_limit == st->made.probe_limit)
         return true;
     drop_captures(st);
-    if (!same_capture) { /* only times of equal captures are comparable */
-        memset(st->now.timed, 0, sizeof st->now.timed);
-        memset(st->now.ms, 0, sizeof st->now.ms);
-    }
     st->made = *s;
     st->capture = view_capture_create(s->probe_capture, s->probe_size);
     if (st->capture && make_cubes(st, s->probe_size, locals))
@@ -200,8 +184,6 @@ static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
                            .layer = p->layer};
     view_room_draw *d = &s.draw;
 
-    if (st->made.probe_filter == VIEW_PROBE_CPU)
-        s.cpu = st->ctx;
     d->moving = false;
     d->widening = 0;
     d->map = false;
@@ -266,13 +248,6 @@ static void use_probes(view_scene *st)
     use_mirror(st);
 }
 
-static void note_times(view_scene *st, view_probe_filter filter)
-{
-    memcpy(st->now.ms[filter], view_capture_times(st->capture),
-           sizeof st->now.ms[filter]);
-    st->now.timed[filter] = true;
-}
-
 /* Draws with the mirror's new capture. */
 static void show_update(view_scene *st)
 {
@@ -280,7 +255,7 @@ static void show_update(view_scene *st)
     st->begun = false;
     st->now.shown = st->begun_at;
     st->now.updates++;
-    note_times(st, st->made.probe_filter);
+    memcpy(st->now.ms, view_capture_times(st->capture), sizeof st->now.ms);
 }
 
 /* Captures local probes once each, lit by the mirror's bounces, without moving
@@ -394,8 +369,7 @@ static bool is_stale(const view_scene *st, const view_settings *s)
 
     return !st->fresh || m->turn < s->turn || m->turn > s->turn ||
            m->parallax != s->parallax || m->blend != s->blend ||
-           m->walls != s->walls || m->capture_shadows != s->capture_shadows ||
-           m->probe_filter != s->probe_filter;
+           m->walls != s->walls || m->capture_shadows != s->capture_shadows;
 }
 
 /* ---- volumes of probes --------------------------------------------------- */
@@ -504,25 +478,9 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     return view_gl_check("drawing the scene");
 }
 
-/* ---- state and times --------------------------------------------------- */
+/* ---- state --------------------------------------------------- */
 
 const view_scene_state *view_scene_state_of(const view_scene *st)
 {
     return &st->now;
-}
-
-bool view_scene_measure(view_scene *st, view_probe_filter filter)
-{
-    view_capture_shot s = mirror_shot(st, true);
-
-    if (filter == VIEW_PROBE_CPU && !make_context(st))
-        return false;
-    s.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
-    st->begun = false;
-    /* In the first run OpenGL compiles shaders. */
-    for (int i = 0; i < 2; i++)
-        if (view_capture_update(st->capture, &s, WHOLE) != VIEW_CAPTURE_DONE)
-            return false;
-    note_times(st, filter);
-    return true;
 }

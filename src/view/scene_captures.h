@@ -41,19 +41,13 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
 
 /* Results of draws. */
 typedef struct view_scene_state {
-    view_room_draw draw; /* the last draw, with its probes */
-    int updates;         /* number of updates of the mirror's probe */
-    double shown;        /* settings.seconds of that probe */
-    /* Milliseconds of the last update by each filter. False and zeros: none
-     * with this size and kind of capture. */
-    bool timed[VIEW_PROBE_FILTERS];
-    double ms[VIEW_PROBE_FILTERS][VIEW_CAPTURE_PARTS];
+    view_room_draw draw;           /* the last draw, with its probes */
+    int updates;                   /* number of updates of the mirror's probe */
+    double shown;                  /* settings.seconds of that probe */
+    double ms[VIEW_CAPTURE_PARTS]; /* of the last one */
 } view_scene_state;
 
 const view_scene_state *view_scene_state_of(const view_scene *st);
-/* Captures the last draw again, only to time that filter. False, with a
- * message. */
-bool view_scene_measure(view_scene *st, view_probe_filter filter);
 
 /* Default distance of the camera from the mirror, in units. */
 extern const double view_scene_distance;

@@ -109,6 +109,3 @@ const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
 
 const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
     "faces", "paraboloids"};
-
-const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1] = {"gpu",
-                                                                     "cpu"};

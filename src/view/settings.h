@@ -64,13 +64,6 @@ typedef enum view_probe_capture {
     VIEW_PROBE_CAPTURES
 } view_probe_capture;
 
-/* How captures are filtered. */
-typedef enum view_probe_filter {
-    VIEW_PROBE_GPU,
-    VIEW_PROBE_CPU, /* the library, on pixels read back */
-    VIEW_PROBE_FILTERS
-} view_probe_filter;
-
 #define VIEW_MAX_LOCALS 64 /* static probes of the scene */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_PRIORITY 1000000
@@ -142,7 +135,6 @@ typedef struct view_settings {
     double probe_interval; /* seconds; 0: every frame */
     int probe_faces;       /* steps of view_capture_update per frame; 0: all */
     view_probe_capture probe_capture;
-    view_probe_filter probe_filter;
     bool spread;          /* capture one local probe per frame */
     bool probe_limit;     /* captures end where their influence ends */
     int layer;            /* of an array of cubes */
@@ -180,7 +172,6 @@ extern const char *const view_tone_names[VIEW_TONES + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
 extern const char *const view_reflection_names[VIEW_REFLECTIONS + 1];
 extern const char *const view_compare_names[VIEW_COMPARES + 1];
-extern const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1];
 extern const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1];
 
 #endif

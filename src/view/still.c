@@ -111,8 +111,11 @@ static bool draw_picture(view_app *app)
         printf("%.1f ms a frame\n", ms);
     if (!o->quiet)
         view_report_print(r, &app->settings);
-    return write_picture(app) &&
-           (!o->stats || view_stats_end(&app->stats, r, &app->settings));
+    if (!write_picture(app))
+        return false;
+    if (o->stats)
+        view_stats_end(&app->stats, r, &app->settings);
+    return true;
 }
 
 /* ---- a sheet ------------------------------------------------------------- */
@@ -252,11 +255,11 @@ static bool draw_sheet(view_app *app)
 {
     const view_options *o = app->options;
     sheet h = {0};
-    const bool ok =
-        prepare_sheet(&h, o, app->set) && draw_tiles(app, &h) &&
-        view_picture_write(app->ctx, o->contact_sheet, h.width, h.height,
-                           h.rgb) &&
-        (!o->stats || view_stats_end(&app->stats, app->renderer, &o->settings));
+    const bool ok = prepare_sheet(&h, o, app->set) && draw_tiles(app, &h) &&
+                    view_picture_write(app->ctx, o->contact_sheet, h.width,
+                                       h.height, h.rgb);
+    if (ok && o->stats)
+        view_stats_end(&app->stats, app->renderer, &o->settings);
 
     free(h.rgb);
     return ok;

@@ -172,7 +172,6 @@ export const commands = {
             'probe-set': ['../probes/index.json --mode scene'],
             'probe-size': ['16', '16 --mode scene --probes 1'],
             'probe-capture': ['faces', 'paraboloids ' + scene],
-            'probe-filter': ['gpu', 'cpu ' + scene],
             'probe-limit': ['', scene],
             'mirror-priority': ['-1', '2 ' + scene],
             'array-layer': ['0', '1 ../probes/probes_specular.ktx2'],

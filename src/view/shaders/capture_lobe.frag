@@ -20,6 +20,6 @@ void main()
         vec3 d = s.x * t + s.y * b + z * n;
         sum += s.z * textureLod(source, vec4(d, 0.0), s.w);
     }
-    // Negative weights can make values below 0, or alpha above 1.
-    colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(LARGEST_HALF), 1.0)));
+    // Weights sum to 1 but for rounding.
+    colour = nearest(min(sum, vec4(vec3(LARGEST_HALF), 1.0)));
 }
