@@ -17,7 +17,6 @@
 #define VIEW_CAPTURE_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #include "ibl/ibl.h"
 #include "view/room.h"

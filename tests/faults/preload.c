@@ -206,12 +206,6 @@ int vasprintf(char **to, const char *format, va_list ap)
     return FAILS(FAULT_MEMORY) ? -1 : next(to, format, ap);
 }
 
-FILE *fmemopen(void *bytes, size_t size, const char *mode)
-{
-    NEXT(fmemopen);
-    return FAILS(FAULT_MEMORY) ? NULL : next(bytes, size, mode);
-}
-
 int pthread_create(pthread_t *thread, const pthread_attr_t *with,
                    void *(*run)(void *), void *arg)
 {
