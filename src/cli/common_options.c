@@ -224,10 +224,10 @@ static const ibl_option running[] = {
 };
 /* clang-format on */
 
-const ibl_section ibl_input_section = {"Input", input,
-                                       sizeof input / sizeof *input};
-const ibl_section ibl_running_section = {"Running", running,
-                                         sizeof running / sizeof *running};
+const ibl_section ibl_input_section = {
+    "Input", input, sizeof input / sizeof *input, sizeof *input};
+const ibl_section ibl_running_section = {
+    "Running", running, sizeof running / sizeof *running, sizeof *running};
 
 ibl_common ibl_common_default(void)
 {

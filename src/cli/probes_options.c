@@ -95,7 +95,8 @@ enum {
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
-    &(const ibl_section){"In place of what the set says", settings, OFFERED},
+    &(const ibl_section){"In place of what the set says", settings, OFFERED,
+                         sizeof *settings},
     &ibl_input_section,
     &ibl_running_section,
     NULL,

@@ -125,7 +125,7 @@ void ibl_command_help(const ibl_command *cmd, FILE *to)
             fprintf(to, "\n%s:\n", (*s)->title);
         title = (*s)->title;
         for (int i = 0; i < (*s)->count; i++)
-            print_option(to, &(*s)->options[i], settings);
+            print_option(to, ibl_section_at(*s, i), settings);
     }
     free(settings);
     fprintf(to, "\nExit status: %s.\nManual: man %s%s%s\n", cmd->statuses,

@@ -82,17 +82,20 @@ typedef struct ibl_rule {
     .kind = IBL_OPTION_OTHER, .value = (what), IBL_AT(field),                  \
     .parse = (function)
 
-/* Options under a heading of --help; neighbours of one title share it. */
+/* Options under a heading of --help; neighbours of one title share it. A row of
+ * the table begins with an ibl_option. */
 typedef struct ibl_section {
     const char *title;
-    const ibl_option *options;
+    const void *options;
     int count;
+    size_t row; /* bytes */
 } ibl_section;
 
 #define IBL_SECTION(title, table)                                              \
     &(const ibl_section)                                                       \
     {                                                                          \
-        (title), (table), (int)(sizeof(table) / sizeof *(table))               \
+        (title), (table), (int)(sizeof(table) / sizeof *(table)),              \
+            sizeof *(table)                                                    \
     }
 
 /* A command of the program. */
@@ -146,6 +149,7 @@ int ibl_command_main(int argc, char **argv);
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 
+const ibl_option *ibl_section_at(const ibl_section *s, int i);
 /* Option number n of all the command's sections; NULL: there are fewer. */
 const ibl_option *ibl_option_at(const ibl_command *cmd, int n);
 /* The option with this name or, if name is NULL, this letter; NULL: none. */

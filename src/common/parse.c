@@ -58,11 +58,16 @@ static size_t distance(const char *a, const char *b, size_t b_length)
     return row[b_length];
 }
 
+const ibl_option *ibl_section_at(const ibl_section *s, int i)
+{
+    return (const void *)((const char *)s->options + (size_t)i * s->row);
+}
+
 const ibl_option *ibl_option_at(const ibl_command *cmd, int n)
 {
     for (const ibl_section *const *s = cmd->sections; *s; s++) {
         if (n < (*s)->count)
-            return &(*s)->options[n];
+            return ibl_section_at(*s, n);
         n -= (*s)->count;
     }
     return NULL;
