@@ -173,6 +173,34 @@ TEST(nodes)
         CHECK_NEAR(m[i], expected[i], 1e-6);
 }
 
+/* By a node's camera, where it stands; what is wrong is left out. */
+TEST(cameras)
+{
+    save_mesh();
+    const ibl_scene *s = read_text(
+        "{" BUFFER "," ACCESSORS ",'meshes':[{'primitives':[" STRIP "}]}],"
+        "'scenes':[{'nodes':[0,1,3]}],'nodes':[{'mesh':0},{'name':'eye',"
+        "'camera':0,'children':[2],'translation':[1,2,3]},{'camera':1,"
+        "'scale':[-1,1,1],'name':'n'},{'camera':2,'children':[4]},"
+        "{'camera':3,'children':[5]},{'camera':9,'children':[6]},"
+        "{'camera':4}],'cameras':[{'type':'perspective','perspective':{'yfov':"
+        "0.7,'znear':0.1}},{'type':'perspective','name':'tele','perspective':"
+        "{'yfov':0.2,'aspectRatio':1.5,'znear':1}},{'type':'orthographic',"
+        "'orthographic':{}},{'type':'perspective'},{'type':'perspective',"
+        "'perspective':{'yfov':0}}]}");
+
+    NEED(s->camera_count == 2);
+    const ibl_scene_camera *c = s->cameras;
+    CHECK(!strcmp(c[0].name, "eye") && !strcmp(c[1].name, "tele"));
+    CHECK(c[0].yfov == 0.7 && c[1].yfov == 0.2);
+    CHECK(c[0].aspect == 0 && c[1].aspect == 1.5);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 3; k++)
+            CHECK(c[i].to_world[12 + k] == k + 1);
+    CHECK(c[0].to_world[0] == 1 && c[1].to_world[0] == -1);
+    CHECK(strstr(kept.text[IBL_LOG_WARNING], "cameras[4].perspective.yfov"));
+}
+
 TEST(materials)
 {
     const ibl_scene *s = read_square(

@@ -91,6 +91,8 @@ typedef struct ibl_set {
     double source_peak;    /* ibl_read_report.peak; 0: not known */
     char source_hash[IBL_FILE_HASH]; /* "": not known */
     double yaw_deg;                  /* of the first file that says it; 0 */
+    char target[32]; /* that it was baked for: iblbake-engines(7); "": none, or
+                        not known */
 
     int sh_degree;                    /* 0..IBL_SET_DEGREE; -1: no harmonics */
     double sh[3 * IBL_SET_HARMONICS]; /* of radiance, as of ibl_bake_sh, in the
@@ -110,9 +112,6 @@ typedef struct ibl_set_options {
     int layer;      /* of arrays of cubes; default -1: arrays are refused */
     const ibl_set_facts *facts; /* those that are known hold for all files,
                                    whatever they say; NULL: none */
-    /* Called before a file is read, IBL_CONTENTS: the sidecar; NULL: none */
-    void (*reading)(void *cookie, int content, const char *path);
-    void *cookie;
 } ibl_set_options;
 
 ibl_set_options ibl_set_options_default(void);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Nodes of glTF, section 3.5: where meshes stand. */
+/* Nodes of glTF, section 3.5: where meshes and cameras stand. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/signals.h"
 #include "core/alloc.h"
+#include "core/context.h"
 #include "scene/gltf_reader.h"
 
 /* A node of the scene. */
@@ -241,6 +242,43 @@ static void draw_node(nodes *n, const placed *p)
                   world);
 }
 
+/* Section 3.10. */
+static void add_camera(nodes *n, int node)
+{
+    ibl_scene *s = n->g->scene;
+    ibl_json_at cameras, lens;
+    const ibl_json_at at = ibl_json_element(&n->array, (size_t)node);
+    const int count = ibl_gltf_array(n->g, "cameras", &cameras);
+    ibl_scene_camera c = {0};
+    const char *type;
+    int i;
+
+    if (!ibl_gltf_index(ibl_json_optional(&at, "camera"), count, &i) || i < 0)
+        return;
+    const ibl_json_at camera = ibl_json_element(&cameras, (size_t)i);
+    if (!ibl_json_text_at(ibl_json_member(&camera, "type"), &type))
+        return;
+    if (strcmp(type, "perspective") != 0) {
+        ibl_warn(n->g->ctx, "%s: cameras[%d] is %s: left out", n->g->path, i,
+                 strcmp(type, "orthographic") ? "of no known type" : type);
+        return;
+    }
+    if (!ibl_gltf_object(camera, "perspective", &lens) ||
+        !ibl_json_real(ibl_json_member(&lens, "yfov"), 0, M_PI, true,
+                       &c.yfov) ||
+        !ibl_json_real(ibl_json_optional(&lens, "aspectRatio"), 0, 1e6, true,
+                       &c.aspect))
+        return;
+    const char *name = json_string_value(json_object_get(camera.value, "name"));
+    if (!name)
+        name = json_string_value(json_object_get(at.value, "name"));
+    c.name = ibl_need(strdup(name ? name : ""));
+    memcpy(c.to_world, n->world[node], sizeof c.to_world);
+    s->cameras = ibl_need(realloc(s->cameras, ((size_t)s->camera_count + 1) *
+                                                  sizeof *s->cameras));
+    s->cameras[s->camera_count++] = c;
+}
+
 void ibl_gltf_nodes(ibl_gltf *g)
 {
     nodes n = {.g = g};
@@ -253,9 +291,11 @@ void ibl_gltf_nodes(ibl_gltf *g)
     for (int i = 0; i < n.total; i++)
         memcpy(n.world[i], unit, sizeof unit);
     if (find_nodes(&n))
-        for (int i = 0; i < n.count && !g->status; i++)
+        for (int i = 0; i < n.count && !g->status; i++) {
             if (n.list[i].mesh >= 0 && !n.list[i].hidden)
                 draw_node(&n, &n.list[i]);
+            add_camera(&n, n.list[i].node);
+        }
     if (!g->status && !g->scene->draw_count)
         ibl_gltf_refuse(g, "its scene has no triangles");
     free(n.list);

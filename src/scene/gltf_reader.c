@@ -159,6 +159,8 @@ void ibl_scene_free(ibl_scene *s)
         free(s->images[i].name);
         ibl_free(s->images[i].rgba);
     }
+    for (int i = 0; i < s->camera_count; i++)
+        free(s->cameras[i].name);
     for (int i = 0; i < s->file_count; i++)
         free(s->files[i]);
     for (struct ibl_scene_store *at = s->store, *next; at; at = next) {
@@ -170,6 +172,7 @@ void ibl_scene_free(ibl_scene *s)
     free(s->materials);
     free(s->draws);
     free(s->images);
+    free(s->cameras);
     free(s->files);
     *s = (ibl_scene){0};
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Scenes of glTF 2.0 (.gltf, .glb): triangles, materials and images. Skins are
- * in the pose of the file's nodes, without animation; cameras, lights, lines
- * and points are left out.
+ * Scenes of glTF 2.0 (.gltf, .glb): triangles, materials, images and cameras.
+ * Skins are
+ * in the pose of the file's nodes, without animation; lights, lines and points
+ * are left out.
  */
 #ifndef SCENE_SCENE_H
 #define SCENE_SCENE_H
@@ -94,6 +95,15 @@ typedef struct ibl_scene_draw {
     double to_world[16];
 } ibl_scene_draw;
 
+/* A perspective camera of the default scene, which looks along its -Z, +Y up;
+ * orthographic ones are left out. */
+typedef struct ibl_scene_camera {
+    char *name;    /* of the camera, else of its node; "" if neither has one */
+    double yfov;   /* radians, 0..pi */
+    double aspect; /* width by height; 0: that of the picture */
+    double to_world[16];
+} ibl_scene_camera;
+
 typedef struct ibl_scene_image {
     char *name;                   /* for messages: its file, or "image 3" */
     const unsigned char *encoded; /* PNG, JPEG or another, in its buffer */
@@ -107,7 +117,8 @@ typedef struct ibl_scene {
     ibl_scene_material *materials; /* at least one */
     ibl_scene_draw *draws;         /* of the default scene */
     ibl_scene_image *images;
-    int primitive_count, material_count, draw_count, image_count;
+    ibl_scene_camera *cameras; /* in the order of the nodes */
+    int primitive_count, material_count, draw_count, image_count, camera_count;
     double bounds[2][3]; /* lowest and highest place in the world of what is
                             drawn; 0 if nothing is */
     char **files;        /* all that were read, the scene's own first: for

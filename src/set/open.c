@@ -185,8 +185,6 @@ static ibl_status read_sidecar(opener *o, const char *path)
     ibl_json_why why;
     const char *writer;
 
-    if (o->o.reading)
-        o->o.reading(o->o.cookie, IBL_CONTENTS, path);
     json_t *root = ibl_json_load(path, 0, &why);
     if (!root)
         return ibl_fail(o->ctx, why.status, "%s%s", why.line,
@@ -486,8 +484,6 @@ static ibl_status read_file(opener *o, int content)
                         "%s: is a picture, and such a set cannot be read back: "
                         "bake it as KTX2, KTX or DDS, by --format",
                         f->path);
-    if (o->o.reading)
-        o->o.reading(o->o.cookie, content, f->path);
     ibl_status status = ibl_engine_read(
         o->ctx, f->path, content == IBL_CONTENT_SKYBOX ? -1 : o->o.layer,
         &f->texture);
@@ -574,6 +570,7 @@ static ibl_status read_lights(const opener *o, ibl_axes axes)
 static ibl_status find_source(const opener *o)
 {
     const char *path = NULL, *layout = "", *order = "", *hash = "";
+    const char *target = text_of(o->sidecar, "target");
     char near[PATH_BYTES];
     ibl_set *set = o->set;
 
@@ -581,6 +578,7 @@ static ibl_status find_source(const opener *o)
                 &path, "peak", &set->source_peak, "layout", &layout,
                 "face_order", &order, "xxh3_128", &hash);
     snprintf(set->source_hash, sizeof set->source_hash, "%s", hash);
+    snprintf(set->target, sizeof set->target, "%s", target);
     const int known = ibl_names_find(ibl_input_names, layout);
     set->read.layout = known > 0 ? (ibl_input_layout)known : IBL_INPUT_AUTO;
     if (*order && !ibl_face_order_parse(order, set->read.face_order))
