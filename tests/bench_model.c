@@ -143,8 +143,8 @@ static view_settings settings(bench *b)
 {
     view_settings s = view_settings_default();
     s.mode = VIEW_MODEL;
-    s.sky = false;
-    s.antialias = s.multisample = 1;
+    s.background = VIEW_BACKGROUND_COLOUR;
+    s.antialias = 1;
     s.distance = 4;
     s.fov = 2 * atan(1.0 / (b->copies * s.distance)) / degree;
     s.pitch = asin(test_random_between(&b->random, -1, 1)) / degree;
@@ -152,7 +152,6 @@ static view_settings settings(bench *b)
     s.turn = test_random_between(&b->random, 0, 360);
     s.reflection =
         b->set.texture[VIEW_LOBES].data ? VIEW_TABLE_LOBES : VIEW_SPLIT_SUM;
-    s.against = VIEW_REFERENCE;
     s.compare = VIEW_SPLIT;
     return s;
 }
@@ -165,7 +164,9 @@ static bool draw(const bench *b, const view_settings *s, int more, float *drawn,
     const int edge = b->edge, row = edge * b->copies, width = row + 2 * more;
     float *const to[2] = {drawn, truth};
     view_renderer_pace(b->renderer, b->samples);
-    if (!view_renderer_draw(b->renderer, s, width, edge))
+    view_settings side[2] = {*s, *s};
+    side[1].reflection = VIEW_REFERENCE;
+    if (!view_renderer_draw(b->renderer, side, &(view_area){0, 0, width, edge}))
         return false;
     for (int i = 0; i < 2; i++) {
         if (!view_renderer_read(b->renderer, i, b->wide))

@@ -71,6 +71,7 @@ fi
 
 if [ -x "$tarball/build/iblview" ]; then
     ok view-manual test -s "$prefix/share/man/man1/iblview.1"
+    ok view-map test -s "$prefix/share/iblbake/forest.exr"
     ok view "$prefix/bin/iblview" "$work/out/sky_specular.ktx2" --texel 0,0
     ok view-bridge "$prefix/bin/iblview" data/studio.exr --texel 0,0
 else

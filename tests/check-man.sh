@@ -107,7 +107,7 @@ if [ -x "$build/iblview" ]; then
     run=("$build/iblview")
     check_page man/iblview.1
     # Keys: those of --keys, in its order and words.
-    "$build/iblview" --keys | tr -s ' ' >"$work/keys"
+    "$build/iblview" --keys | sed '/./!d; s/^ *//' | tr -s ' ' >"$work/keys"
     mandoc -Tascii -O width=1000 man/iblview.1 | sed 's/.\x08//g; s/^ *//' |
         sed -n '/goes the other way/,/^With the mouse/{//d; /./p}' |
         tr -s ' ' >"$work/page"

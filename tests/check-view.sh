@@ -4,11 +4,11 @@
 # and what is said about what does not work. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='scene|models_of_others|every_option_counts|sheets_are|stats'
+slow='scene|models_of_others|sheets_are|stats'
 use_viewer
 # With a sanitizer most of each run is the start of OpenGL, so these are left
 # out: their calls are those of other tests, and only their pictures differ.
-repeats='same_bytes|containers_look|samples_and_frames|errors_of_what'
+repeats='same_bytes|containers_look|samples_and_frames'
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
@@ -174,11 +174,12 @@ test_models_that_cannot_be_drawn() {
         [ "$(grep -vc '^iblview: note' said)" = 1 ] || head -n 3 said
         [ ! -e no.png ] || echo "$file: a picture"
     done
-    iblview good.gltf --offscreen no.png 2>said
-    grep -q 'is a model: name the set' said || cat said
-    mkfifo pipe.gltf
-    timeout 300 iblview pipe.gltf --offscreen no.png 2>said
-    grep -q 'is a model: name the set' said || echo "a pipe: $(cat said)"
+    iblview good.gltf --model good.gltf --offscreen no.png 2>said
+    grep -q 'is a second model' said || cat said
+    # A model alone is lit by the map that comes with the program.
+    iblview good.gltf --offscreen alone.png --size 32x18 &&
+        iblview --model good.gltf --offscreen same.png --size 32x18 &&
+        cmp alone.png same.png
 }
 
 # Those of others, where they are installed: all that are said to be good.
@@ -188,7 +189,7 @@ test_models_of_others() {
         BoxTextured-glTF/BoxTextured.gltf ClearCoat-glTF/ClearCoatTest.gltf \
         BoxTextured-glTF-pbrSpecularGlossiness/BoxTextured.gltf \
         simple_skin/simple_skin.gltf issue_3269/texcoord_crash.gltf \
-        textureTransform/TextureTransformTest.gltf cameras/Cameras.gltf; do
+        textureTransform/TextureTransformTest.gltf; do
         [ -e $folder/$file ] && taken || continue
         draw a.png "$work/ktx2" --model $folder/$file
     done
@@ -211,53 +212,20 @@ test_maps_are_baked() {
     # Through the image bridge, which is found beside the program.
     [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
     iblbake -q --layout equirect "$top/data/sky.exr" --size 64 -o equirect
-    draw equirect.png -q equirect --no-sky --no-labels
+    draw equirect.png -q equirect --background colour --no-labels
     [ $sanitized = no ] || return 0
     draw b.png env.hdr -q
     differ a.png b.png
     # Flat layouts look like the cube, nearly.
     iblbake -q --layout octahedral "$top/data/sky.exr" --size 64 -o octahedral
-    draw octahedral.png -q octahedral --no-sky --no-labels
+    draw octahedral.png -q octahedral --background colour --no-labels
     iblbake -q "$top/data/sky.exr" --size 64 -o cube
-    draw cube.png -q cube --no-sky --no-labels
+    draw cube.png -q cube --background colour --no-labels
     for d in equirect octahedral; do
         near $d.png cube.png 25.5 25.5
     done
 }
 
-# Each option changes the picture, except those that say the default.
-test_every_option_counts() {
-    local with
-    draw plain.png "$work/ktx2" -q
-    for with in '--material copper' '--grid 3x2' '--metallic 1:1' \
-        '--roughness 0:0.5' \
-        '--no-multiscatter' '--light 0,0,3,9,9,9' '--turn 90' '--yaw 30' \
-        '--pitch 30' '--distance 9' '--fov 60' '--no-sky' '--ev 1' \
-        '--tone linear' '--tone reinhard' '--tone aces' '--false-colour' \
-        '--mode levels' '--mode irradiance' '--mode table' '--reference' \
-        '--reflection bent' '--reflection fit' '--compare split' '--compare difference'; do
-        taken || continue
-        draw a.png "$work/ktx2" $with -q
-        differ plain.png a.png
-    done
-    draw map.png "$work/ktx2" --mode levels
-    for with in '--layout strip' '--layout equirect' '--level 1' '--zoom 2' \
-        '--pan 0.25,0' '--pan 0,-0.5'; do
-        taken || continue
-        draw a.png "$work/ktx2" --mode levels $with
-        differ map.png a.png
-    done
-    draw part.png "$work/ktx2" --compare difference -q
-    draw a.png "$work/ktx2" --compare difference --gain 100 -q
-    differ part.png a.png
-    draw part.png "$work/ktx2" --compare split -q
-    draw a.png "$work/ktx2" --compare split --split 0.1 -q
-    differ part.png a.png
-    draw a.png "$work/ktx2" --multiscatter --reflection split --compare no -q
-    same plain.png a.png
-    draw a.png "$work/ktx2" --diffuse sh -q
-    node "$work/bin/png.mjs" plain.png a.png 2
-}
 
 # A bake's table of another kind is left out, and said to be.
 test_table_of_another_kind() {
@@ -272,44 +240,28 @@ test_table_of_another_kind() {
 test_panel_and_other_set() {
     local small='-q --size 96x64 --grid 2x2'
     draw a.png "$work/ktx2" $small
-    draw b.png "$work/ktx2" $small --panel
+    draw b.png "$work/ktx2" $small --size 800x64 --panel
     differ a.png b.png
     iblbake -q "$work/env.exr" -o other --size 8 --levels 2 || return
     draw a.png "$work/ktx2" $small --against-set other --split 1
     draw b.png "$work/ktx2" $small --against-set other --split 0
     differ a.png b.png
     iblview "$work/ktx2" ${small#-q} --against-set other --offscreen a.png >out
-    grep -qE 'of split of .*ktx2/.* against split of other/' out || cat out
+    grep -q '^relative RMSE of env against env' out || cat out
     wrong 1 '*nothing*' "$work/ktx2" $small --offscreen c.png \
         --against-set nothing
 }
 
 test_scene() {
-    local with scene='--mode scene --probe-size 32'
+    local scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene
     draw a.png "$work/ktx2" $scene --probe-capture faces
     same scene.png a.png
-    for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
-        '--probe-size 64' '--probes 1' '--probes 64' \
-        '--volumes' '--turn 90' '--yaw 30' '--distance 2'; do
-        taken || continue
-        draw a.png "$work/ktx2" $scene $with
-        differ scene.png a.png
-    done
-    draw probes.png "$work/ktx2" $scene --probes 2
-    for with in '--no-walls' '--no-blend' '--probe-limit'; do
-        taken || continue
-        draw a.png "$work/ktx2" $scene --probes 2 $with
-        differ probes.png a.png
-    done
-    # That set has no lights.
-    draw a.png "$work/ktx2" $scene --no-capture-shadows
-    same scene.png a.png
-    iblbake -q "$top/data/sky.exr" --size 64 --lut-size 16 --sun -o sunny ||
-        return
-    scene="$scene --turn 235"
-    draw scene.png sunny $scene
-    draw a.png sunny $scene --no-capture-shadows
+    draw a.png "$work/ktx2" $scene --probes 64
+    differ scene.png a.png
+    # A model stands where the mirror was.
+    make_scene a '[{}]'
+    draw a.png "$work/ktx2" $scene --model a.gltf
     differ scene.png a.png
     iblview "$work/ktx2" --contact-sheet b.png $small $scene || echo "$?"
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
@@ -322,24 +274,55 @@ test_scene() {
         --probe-set none.json --offscreen a.png
 }
 
-# --stats: words of NAME=NUMBER, whose parts sum up.
+# Two states, by options, by the name of a reflection, or not at all.
+test_against() {
+    local to='--offscreen a.png --size 64x48'
+    draw a.png "$work/ktx2" -q --against '--diffuse sh --no-multiscatter'
+    draw b.png "$work/ktx2" -q --against fit
+    differ a.png b.png
+    iblview "$work/ktx2" $to --against fit | head -n 1 |
+        grep -qx 'relative RMSE of reflection split against reflection fit' ||
+        echo 'the sides are not named'
+    wrong 2 '*--against bogus: *reflection*' "$work/ktx2" $to --against bogus
+    wrong 2 '*--against: --yaw 3: is the same for both sides' "$work/ktx2" \
+        $to --against '--yaw 3'
+    wrong 2 '*--against: --level 1: is of --mode levels' "$work/ktx2" $to \
+        --against '--level 1'
+    wrong 2 '*--compare: a state with itself*' "$work/ktx2" $to \
+        --against split
+}
+
+# Pictures with alpha, those of a turn, and the exposure of the mean.
+test_more_pictures() {
+    draw a.png "$work/ktx2" --background transparent --no-labels
+    [ "$(od -An -tu1 -j25 -N1 a.png)" -eq 6 ] || echo 'no alpha'
+    iblview "$work/ktx2" $small --turntable 3 --offscreen b.png ||
+        echo "status $?"
+    ls b-*.png | tr '\n' ' ' | grep -qx 'b-001.png b-002.png b-003.png ' || ls
+    differ b-001.png b-002.png
+    draw c.png "$work/ktx2" --no-labels --tone linear --mean-exposure
+    draw d.png "$work/ktx2" --no-labels --tone linear --mean-exposure --ev 3
+    same c.png d.png
+    wrong 2 '*--turntable*--offscreen*' "$work/ktx2" --turntable 3
+}
+
+# --stats: words of NAME=NUMBER.
 test_stats() {
+    local number='[0-9]+\.[0-9]'
     local scene='--mode scene --probe-size 32 --antialias 1 --stats'
     iblview "$work/ktx2" --offscreen a.png $small $scene --seconds 1.5 \
         --frames 2 >said || echo "status $?"
     awk '
         { for (i = 2; i <= NF; i++) { split($i, p, "="); v[p[1]] = p[2] }
-          sum = v["drawing"] + v["levels"] + v["irradiance"] - v["ms"]
           if ($1 != "probe" || v["seconds"] != 1.5 || v["size"] != 32 ||
               v["capture"] != "faces" || v["ms"] <= 0 ||
-              v["drawing"] <= 0 || v["levels"] <= 0 || v["irradiance"] <= 0 ||
-              sum > 0.2 || sum < -0.2 ||
               v["frames"] != 2 || v["worst"] < v["frame"])
               print }
         END { if (NR != 1) print NR, "lines" }' said
     iblview "$work/ktx2" --offscreen a.png $small --frames 3 \
         --antialias 1 --stats >said
-    grep -Eqx 'view mode=spheres frames=3 frame=[0-9.]+ worst=[0-9.]+' said ||
+    grep -Eqx "view mode=spheres frames=3 frame=$number worst=$number \
+by=(EGL|OSMesa)( gpu=$number)?" said ||
         cat said
     iblview "$work/ktx2" --contact-sheet a.png $small $scene >said
     [ "$(wc -l <said)" = 1 ] && grep -q '^probe .* frames=20 ' said || cat said
@@ -377,7 +360,7 @@ test_contact_sheets() {
     [ "$(size e.png)" = "$((4 + 5 * 52)) x $((4 + 2 * 40))" ] || size e.png
     iblview "$work/ktx2" --contact-sheet f.png $small --mode table ||
         echo "status $?"
-    [ "$(size f.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size f.png
+    [ "$(size f.png)" = "$((4 + 5 * 52)) x $((4 + 5 * 40))" ] || size f.png
     [ $sanitized = no ] || return 0
     iblview "$work/ktx2" --contact-sheet d.png $small || echo "status $?"
     same a.png d.png
@@ -393,8 +376,8 @@ test_notes_on_what_does_not_fit() {
     iblview out --offscreen a.png $small -q 2>&1
 }
 
-# Places along the axes of each mode are the pictures of the same options; a
-# label is in the upper 24 rows.
+# Places along the axes of each mode are the pictures of the same options; the
+# caption is in the upper 24 rows.
 test_sheets_are_pictures() {
     local row column sheet picture
     while IFS='|' read -r row column sheet picture; do
@@ -408,7 +391,6 @@ test_sheets_are_pictures() {
 1|2|--turn 30|--material copper --turn 210
 2|4|--ev 1 --mode table|--tone aces --ev 3 --mode table
 6|3|--mode model --turn 30 --samples 1|--mode model --turn 300 --reference --samples 1
-1|0|--ev 1 --mode levels|--ev -1 --mode levels --level 1
 END
 }
 
@@ -424,14 +406,6 @@ test_errors_from_above() {
          END { if (NR != 4) print NR, "lines" }' said
 }
 
-# Near enough, only the sphere in the middle is in the picture.
-test_errors_of_what_is_seen() {
-    iblview "$work/ktx2" --offscreen a.png --size 16x16 --grid 3x3 --samples 1 \
-        --distance 1.5 --compare split >said || echo "status $?"
-    sed -n 3,5p said | cut -c 21- >errors
-    grep -c '^       -       -       -$' errors | grep -qx 2 || cat said
-    grep -q '^       -  [0-9]\.[0-9]*       -$' errors || cat said
-}
 
 # The table of 16x16 is 16 pixels to a texel in a picture of 256x256, with
 # roughness upwards; N.V and roughness are those of the texels' centres.
@@ -458,46 +432,20 @@ test_misuse() {
     wrong 2 '*--level*has no value*' "$work/ktx2" --level
     wrong 2 '*--level 15*0 to 14' "$work/ktx2" --level 15
     wrong 2 '*--ev x*-30 to 30' "$work/ktx2" --ev x
-    wrong 2 '*--tone filmic*linear, reinhard, aces or neutral' x --tone filmic
-    wrong 2 '*--material mud*--materials*' x --material mud
+    wrong 2 '*--tone filmic*linear, reinhard, aces, neutral or agx' x --tone filmic
+    wrong 2 '*--material mud*it takes gold, *' x --material mud
     wrong 2 '*--size 0x9*' x --size 0x9
     wrong 2 '*--grid 17x1*16x16' x --grid 17x1
     wrong 2 '*--metallic 0:2*' x --metallic 0:2
-    wrong 2 '*--light 1,2,3*' x --light 1,2,3
-    wrong 2 '*--light 1,2,3,-1,1,1*' x --light 1,2,3,-1,1,1
-    wrong 2 '*--light*up to 4*' x --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 \
-        --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
-    wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
+    wrong 2 '*--light: is no more: --lights*' x --light 1,2,3,1,1,1
+    wrong 2 '*--ground=1*takes no value*' x --ground=1
     wrong 2 '*--offscreen*.png*' x --offscreen ''
-    wrong 2 '*--offscreen a.jpg: *.png, or in .exr*' x --offscreen a.jpg
+    wrong 2 '*--offscreen a.jpg: *.png*.exr*' x --offscreen a.jpg
     wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
     wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
     wrong 2 '*--frames: only with*' x --frames 2
     wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
     wrong 2 '*--texel 0,720: outside*1280x720' x --texel 0,720
-}
-
-# Options that change nothing in a picture: OPTIONS|WHAT IS SHOWN. pairs/ has all
-# of them.
-test_options_without_effect() {
-    local options shown
-    while IFS='|' read -r options shown; do
-        # shellcheck disable=SC2086
-        wrong 2 "iblview: $options: *" x --offscreen a.png $shown $options
-    done <<'END'
---grid 3x3|--mode levels
---light 0,0,3,9,9,9|--mode irradiance
---samples 4|
---layout strip|--mode table
---pan 0,0|
---irradiance i.ktx2|--mode table
---gain 3|--mode model
---model m.glb|--mode spheres
-END
-    wrong 2 'iblview: --tone aces: linear floats*' x --offscreen a.exr \
-        --tone aces
-    wrong 2 'iblview: --frames 7: changes nothing in a sheet*' x \
-        --contact-sheet a.png --mode scene --frames 7
 }
 
 test_missing_and_wrong_files() {
@@ -569,9 +517,10 @@ test_odd_names() {
 test_texts() {
     [ "$(iblview --version)" = "$(iblbake --version | head -n 1 |
         sed 's/iblbake/iblview/; s/ (.*//')" ] || iblview --version
-    # Keys in 16 columns, then what they do.
-    iblview --keys | awk 'length > 80 || /^ / || substr($0, 16, 1) != " " ||
-        substr($0, 17) !~ /^[A-Za-z]/'
+    # Headings, then keys in 16 columns and what they do.
+    iblview --keys | awk '/^[A-Z][a-z ]*:$/ || !length { next }
+        length > 100 || !/^  [^ ]/ || substr($0, 18, 1) != " " ||
+        substr($0, 19) !~ /^[A-Za-z]/'
     # Nothing but what they ask for, to be piped.
     iblview --keys 2>&1 >/dev/null
     # Options that README.md names are there.

@@ -189,7 +189,7 @@ TEST_SLOW(levels_with_panels)
         {"large, middle, 50", {1, 0.02, 0.01}, 0.6, 50, 0.035},
         {"small, corner, 1000", {1, 1, -1}, 0.06, 1000, 0.12},
         {"middling, aside, 1000", {0.2, 1, 0.55}, 0.25, 1000, 0.05},
-        {"tiny, middle, 1000", {1, 0.02, 0.01}, 0.02, 1000, 0.1},
+        {"tiny, middle, 1000", {1, 0.02, 0.01}, 0.02, 1000, 0.13},
     };
 
     begin(VIEW_PROBE_FACES, 64);
@@ -205,41 +205,6 @@ TEST(paraboloids_have_no_holes)
     const float *rgba = room_cubes_read(rig.on->cubes.specular, 1, 0, 16);
     for (int i = 0; i < 6 * 16 * 16; i++)
         CHECK_NEAR(rgba[4 * i + 3], 1, 0);
-}
-
-/* ---- steps --------------------------------------------------------------- */
-
-/* Steps replace all of a cube; a whole update replaces one that was begun. */
-static void steps(view_probe_capture kind, int draws)
-{
-    const float one[3] = {1, 0.5F, 0.25F}, two[3] = {2, 1, 0.5F};
-    int count = 1;
-
-    rig.on = room_capture_begin(kind, 16, eye);
-    room_capture_sky(rig.on, room_cube_of(one[0], one[1], one[2], 1));
-    CHECK(view_capture_update(rig.on->capture, &rig.on->shot, 3) ==
-          VIEW_CAPTURE_BEGUN);
-    room_capture_sky(rig.on, room_cube_of(two[0], two[1], two[2], 1));
-    read_back();
-    CHECK(furthest(&rig.cube, two) < 1e-3);
-    CHECK(furthest(&rig.irradiance, two) < 1e-3);
-    rig.on->shot.draw.environment.sky = room_cube_of(one[0], one[1], one[2], 1);
-    while (view_capture_update(rig.on->capture, &rig.on->shot, 1) ==
-           VIEW_CAPTURE_BEGUN)
-        count++;
-    CHECK_MSG(count == draws + 1 + 6 * rig.cube.levels, "%d", count);
-    read_back();
-    CHECK(furthest(&rig.cube, one) < 1e-3);
-    CHECK(furthest(&rig.irradiance, one) < 1e-3);
-    CHECK(view_capture_update(rig.on->capture, &rig.on->shot, 99) ==
-          VIEW_CAPTURE_DONE);
-}
-
-TEST(step_by_step)
-{
-    begin(VIEW_PROBE_FACES, 16);
-    steps(VIEW_PROBE_FACES, 6);
-    steps(VIEW_PROBE_PARABOLOIDS, 2);
 }
 
 /* ---- what is hostile ----------------------------------------------------- */

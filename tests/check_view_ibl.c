@@ -15,7 +15,7 @@
 #include "truth.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/upload.h"
+#include "view/vector.h"
 
 enum {
     COUNT = 2048, /* surfaces */
@@ -94,20 +94,12 @@ static struct {
     ibl_lobe_table lobes; /* of the texels: LAYERS, or 2 of one F0 */
 } on;
 
-enum {
-    SPECULAR,
-    IRRADIANCE,
-    BRDF,
-    LOBE,
+enum { /* units, after those of the set */
+    LOBE = 3,
     POINTS
 };
 
 /* ---- the same in double -------------------------------------------------- */
-
-typedef struct lobe {
-    double bend, lod, diffuse, half_distance;
-    int taps;
-} lobe;
 
 static double clamp(double x, double low, double high)
 {
@@ -126,59 +118,32 @@ static double level(const float chain[4], double r)
                  0, (double)chain[2]);
 }
 
-static lobe lobe_of(int kind, int i, double n_v)
+static shade_lobe lobe_of(int kind, int i, double n_v)
 {
     const double r = (double)on.points[A][i][0], m = (double)on.points[A][i][1];
     const float *chain = on.points[CHAIN][i];
     double q[4];
 
     if (kind == SPLIT)
-        return (lobe){0, level(chain, r), 0, 0, 1};
+        return (shade_lobe){0, level(chain, r), 0, 0, 1};
     if (kind == BENT)
-        return (lobe){
+        return (shade_lobe){
             pow(r, 2.1 + 1.8 * n_v),
             level(chain, fmin(1, r * (0.75 + 0.28 * n_v + 0.27 * r * r))), 0, 0,
             1};
     if (kind == FIT)
-        return (lobe){mix(3.1, 5.2, m) * pow(r, 3.5) * (1 - r) * (1 - n_v),
-                      level(chain, r * (1 + clamp(3 * r, 0, 1) *
-                                                (mix(0.55, 0.64, m) - 1 +
+        return (shade_lobe){
+            mix(3.1, 5.2, m) * pow(r, 3.5) * (1 - r) * (1 - n_v),
+            level(chain,
+                  r * (1 + clamp(3 * r, 0, 1) * (mix(0.55, 0.64, m) - 1 +
                                                  mix(0.54, 0.44, m) * n_v))),
-                      fmin(1, (mix(0.49, 0.87, m) + mix(0.58, 0.43, m) * n_v) *
-                                  pow(fmax(r - 0.15, 0) / 0.85,
-                                      mix(2.6, 1 + 2.5 * n_v, m))),
-                      0, 1};
+            fmin(1,
+                 (mix(0.49, 0.87, m) + mix(0.58, 0.43, m) * n_v) *
+                     pow(fmax(r - 0.15, 0) / 0.85, mix(2.6, 1 + 2.5 * n_v, m))),
+            0, 1};
     const int taps = kind - TABLE_LOBES + 1;
     ibl_lookup_lobes(&on.lobes, taps, m, n_v, r, q);
-    return (lobe){q[0], q[1] * (double)chain[2], q[2], q[3], taps};
-}
-
-static void unit(double v[3])
-{
-    const double length = sqrt(test_dot(v, v));
-
-    for (int k = 0; k < 3; k++)
-        v[k] /= length;
-}
-
-/* What the taps see. */
-static void look(const lobe *q, const double n[3], const double v[3],
-                 const double light[3], double seen[3])
-{
-    double sum[3] = {0};
-
-    for (int i = 0; i < q->taps; i++) {
-        const double at = q->taps > 1 ? 2.0 * i / (q->taps - 1) - 1 : 0;
-        double tap[3], rgb[3];
-        for (int k = 0; k < 3; k++)
-            tap[k] = mix(2 * test_dot(n, v) * n[k] - v[k], n[k],
-                         q->bend + at * q->half_distance);
-        shade_cube(&set->specular, q->lod, tap, rgb);
-        for (int k = 0; k < 3; k++)
-            sum[k] += rgb[k] / q->taps;
-    }
-    for (int k = 0; k < 3; k++)
-        seen[k] = fmax(mix(sum[k], light[k], q->diffuse), 0);
+    return (shade_lobe){q[0], q[1] * (double)chain[2], q[2], q[3], taps};
 }
 
 static void widen(const float from[4], double to[3])
@@ -200,105 +165,48 @@ static void harmonics(int degree, const double n[3], double rgb[3])
 }
 
 /* Karis 2013 and Fdez-Aguera 2019: shade_split_sum, of the use's material. */
-static void surface(int kind, int i, double result[4])
+static void expect(int kind, int i, double result[4])
 {
-    const double f0 = (double)on.points[NORMAL][i][3];
+    const double r = (double)on.points[A][i][0];
+    const double radius = (double)on.points[A][i][3], edge = sin(radius);
+    const double f0 = (double)on.points[NORMAL][i][3], f = (1.5 * f0 + 1) / 3;
     const view_sphere ball = {.f0 = {f0, 0.5 * f0, 1}, .albedo = {0.8, 0.5, 0}};
     const view_settings s = {.multiscatter = true};
-    double n[3], v[3];
+    double n[3], v[3], l[3];
     shade_light light;
 
     widen(on.points[NORMAL][i], n);
     widen(on.points[VIEW][i], v);
-    const double n_v = clamp(test_dot(n, v), 0, 1);
-    shade_cube(&set->irradiance, 0, n, light.irradiance);
-    ibl_lookup_lut(&set->lut, n_v, (double)on.points[A][i][0], light.table);
-    const lobe q = lobe_of(kind, i, n_v);
-    look(&q, n, v, light.irradiance, light.specular);
-    shade_split_sum(&s, &ball, &light, result);
-    result[3] = light.specular[1];
-}
-
-static void numbers(int i, double result[4])
-{
-    const double f0 = (double)on.points[NORMAL][i][3], f = (1.5 * f0 + 1) / 3;
-    const double r = (double)on.points[A][i][0];
-    double n[3], v[3], *rg = result + 2;
-
-    widen(on.points[NORMAL][i], n);
-    widen(on.points[VIEW][i], v);
-    ibl_lookup_lut(&set->lut, clamp(test_dot(n, v), 0, 1), r, rg);
-    result[0] = level(on.points[CHAIN][i], r);
-    result[1] =
-        clamp((f - 0.04) / 0.96 * (rg[0] + rg[1]) / (f * rg[0] + rg[1]), 0, 1);
-}
-
-static void expect(int kind, int i, double result[4])
-{
-    const double f0 = (double)on.points[NORMAL][i][3];
-    const double radius = (double)on.points[A][i][3], edge = sin(radius);
-    double n[3], v[3], l[3];
-
-    widen(on.points[NORMAL][i], n);
-    widen(on.points[VIEW][i], v);
     widen(on.points[LIGHT][i], l);
+    const double n_v = clamp(test_dot(n, v), 0, 1), n_l = test_dot(n, l);
+    const double *rg = light.table;
+    ibl_lookup_lut(&set->lut, n_v, r, light.table);
     result[3] = 1;
-    if (kind < DISC || kind == BENT)
-        surface(kind, i, result);
-    else if (kind == NUMBERS)
-        numbers(i, result);
-    else if (kind != DISC)
+    if (kind == NUMBERS) {
+        result[0] = level(on.points[CHAIN][i], r);
+        result[1] = clamp(
+            (f - 0.04) / 0.96 * (rg[0] + rg[1]) / (f * rg[0] + rg[1]), 0, 1);
+        memcpy(result + 2, rg, sizeof light.table);
+    } else if (kind == SH2 || kind == SH4)
         harmonics(kind == SH2 ? 2 : 4, n, result);
-    for (int k = 0; k < 3 && kind == DISC; k++) {
-        const double f = k == 2 ? 1 : f0 * (1 - 0.5 * k);
-        const double alpha = pow((double)on.points[A][i][0], 2);
-        result[k] = (k + 1) * ibl_disc_brdf(IBL_GEOMETRY_SMITH, alpha, f,
-                                            radius, n, v, l);
-    }
-    const double n_l = test_dot(n, l); /* a part of it may be below */
-    if (kind == DISC)
+    else if (kind == DISC) {
+        for (int k = 0; k < 3; k++)
+            result[k] = (k + 1) * ibl_disc_brdf(IBL_GEOMETRY_SMITH, r * r,
+                                                ball.f0[k], radius, n, v, l);
+        /* A part of it may be below. */
         result[3] =
             3 / M_PI *
             (fabs(n_l) < edge ? pow(n_l + edge, 2) / (4 * edge) : fmax(n_l, 0));
+    } else {
+        const shade_lobe q = lobe_of(kind, i, n_v);
+        ibl_lookup_chain(&set->irradiance, n, 0, light.irradiance);
+        shade_see(&set->specular, &q, n, v, light.irradiance, light.specular);
+        shade_split_sum(&s, &ball, &light, result);
+        result[3] = light.specular[1];
+    }
 }
 
 /* ---- drawing ------------------------------------------------------------- */
-
-static void upload(void)
-{
-    static const view_content contents[] = {VIEW_SPECULAR, VIEW_IRRADIANCE,
-                                            VIEW_LUT};
-    GLuint lobes;
-
-    for (int i = 0; i < 3; i++) {
-        gl.ActiveTexture(GL_TEXTURE0 + (GLenum)i);
-        NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
-    }
-    gl.GenTextures(1, &lobes);
-    view_gl_bind(LOBE, GL_TEXTURE_2D_ARRAY, lobes);
-    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE,
-                  on.lobes.layers, 0, GL_RGBA, GL_FLOAT, on.texels);
-    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
-    gl.ActiveTexture(GL_TEXTURE0 + POINTS);
-    view_float_image(GL_RGBA, COUNT, ROWS, on.points[0][0]);
-}
-
-/* SPIRV-Cross names a sampler by the texture and its state. */
-static void bind_samplers(void)
-{
-    static const char *const names[] = {"specular", "irradiance", "brdf",
-                                        "lobe", "points"};
-    static const char *const forms[] = {
-        "%s", "SPIRV_Cross_Combined%ss",
-        "SPIRV_Cross_Combined%sSPIRV_Cross_DummySampler"};
-    char name[128];
-
-    gl.UseProgram(on.program);
-    for (int i = 0; i < 15; i++) {
-        snprintf(name, sizeof name, forms[i / 5], names[i % 5]);
-        gl.Uniform1i(gl.GetUniformLocation(on.program, name), i % 5);
-    }
-}
 
 static void end(void *unused)
 {
@@ -314,11 +222,36 @@ static void begin(void)
     test_defer(end, NULL);
 }
 
+/* SPIRV-Cross names a sampler by the texture and its state. */
 static void draw(void)
 {
-    upload();
+    static const view_content contents[] = {VIEW_SPECULAR, VIEW_IRRADIANCE,
+                                            VIEW_LUT};
+    static const char *const names[] = {"specular", "irradiance", "brdf",
+                                        "lobe", "points"};
+    static const char *const forms[] = {
+        "%s", "SPIRV_Cross_Combined%ss",
+        "SPIRV_Cross_Combined%sSPIRV_Cross_DummySampler"};
+    char name[128];
+    GLuint lobes;
+
+    for (int i = 0; i < 3; i++) {
+        gl.ActiveTexture(GL_TEXTURE0 + (GLenum)i);
+        NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
+    }
+    gl.GenTextures(1, &lobes);
+    view_gl_bind(LOBE, GL_TEXTURE_2D_ARRAY, lobes);
+    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_RGBA32F, TABLE, TABLE,
+                  on.lobes.layers, 0, GL_RGBA, GL_FLOAT, on.texels);
+    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
+    gl.ActiveTexture(GL_TEXTURE0 + POINTS);
+    view_float_image(GL_RGBA, COUNT, ROWS, on.points[0][0]);
     NEED(view_image_make(&on.image, COUNT, 1));
-    bind_samplers();
+    gl.UseProgram(on.program);
+    for (int i = 0; i < 15; i++) {
+        snprintf(name, sizeof name, forms[i / 5], names[i % 5]);
+        gl.Uniform1i(gl.GetUniformLocation(on.program, name), i % 5);
+    }
     gl.BindFramebuffer(GL_FRAMEBUFFER, on.image.framebuffer);
     gl.Viewport(0, 0, COUNT, 1);
     view_gl_draw_full(on.program);
@@ -376,7 +309,7 @@ static void random_unit(test_random *r, double v[3])
         for (int k = 0; k < 3; k++)
             v[k] = test_random_between(r, -1, 1);
     while (test_dot(v, v) > 1 || test_dot(v, v) < 0.01);
-    unit(v);
+    normalise3(v);
 }
 
 /* A direction above a surface, straight above some. */
@@ -417,8 +350,7 @@ static void random_points(int seed)
                 (float)(test_random_between(&r, -1, 1) / (1 + i) + (i == 0));
 }
 
-/* Channels 0..1, of the last one less, and 0 for some. */
-/* Layers of one tap have no distance. */
+/* Channels 0..1; the distance is less, and 0 in the layers of one tap. */
 static void random_lobes(void)
 {
     test_random r = {9};
@@ -428,16 +360,6 @@ static void random_lobes(void)
             on.texels[i][k] = (float)(k < 3 ? test_random_unit(&r)
                                             : i / TABLE / TABLE / 2 *
                                                   test_random_unit(&r) / 4);
-}
-
-static void bake(void)
-{
-    ibl_specular_options opts = ibl_specular_options_default();
-    test_random r = {3};
-    const ibl_image map = map_of_kind(shade_ctx(), &r, MAP_SMOOTH, 64, 32);
-
-    opts.size = 32;
-    shade_bake(set, &map, &opts);
 }
 
 /* The worst of each kind; relative above 1. */
@@ -464,7 +386,7 @@ static void compare(void)
 static void differential(void (*language)(void))
 {
     begin();
-    bake();
+    shade_kind(set, IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
     random_lobes();
     random_points(1);
     language();
@@ -475,7 +397,62 @@ static void differential(void (*language)(void))
     }
 }
 
-/* ---- tests --------------------------------------------------------------- */
+/* ---- flat maps ----------------------------------------------------------- */
+
+/* Random texels, in directions of which many are at seams and poles, against
+ * the lookups of the library. */
+static void flat_lookups(void (*language)(void))
+{
+    ibl_texture *tex = &set->set.texture[VIEW_LUT];
+    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
+
+    begin();
+    language();
+    for (int kind = OCTAHEDRAL; kind <= EQUIRECT; kind++) {
+        test_random r = {31};
+        double worst = 0;
+        ibl_cube map;
+        shade_constant(set, (float[]){0, 0, 0});
+        random_points(3);
+        NEED(!ibl_cube_alloc_as(shade_ctx(),
+                                kind == OCTAHEDRAL ? IBL_PROJECTION_OCTAHEDRAL
+                                                   : IBL_PROJECTION_EQUIRECT,
+                                16, 5, &map));
+        map = test_cube(map);
+        for (int l = 0; l < 5; l++) {
+            const ibl_level_shape shape =
+                ibl_level_shape_of(map.projection, 16 >> l);
+            for (int i = 0; i < 3 * shape.width * shape.height; i++)
+                ibl_cube_face(&map, l, 0)[i] = (float)test_random_unit(&r);
+        }
+        ibl_texture_free(tex);
+        NEED(!ibl_texture_from_cube(shade_ctx(), &map, &as, tex, NULL));
+        for (int i = 0; i < COUNT; i++) {
+            double d[3];
+            random_unit(&r, d);
+            if (test_random_below(&r, 2))
+                d[test_random_below(&r, 3)] *= 0.02;
+            if (test_random_below(&r, 4) == 0)
+                d[0] *= 0.02, d[2] *= 0.02;
+            normalise3(d);
+            put(on.points[NORMAL][i], d);
+            on.points[A][i][0] =
+                (float)(i % 3 ? 4 * test_random_unit(&r) : i % 5);
+            on.points[A][i][1] = 32;
+            on.points[A][i][2] = (float)kind;
+        }
+        draw();
+        for (int i = 0; i < COUNT; i++) {
+            double d[3], rgb[3];
+            widen(on.points[NORMAL][i], d);
+            ibl_lookup_chain(&map, d, (double)on.points[A][i][0], rgb);
+            for (int c = 0; c < 3; c++)
+                worst = fmax(worst, fabs((double)on.seen[i][c] - rgb[c]));
+        }
+        test_measured("flat lookup", worst, 1e-4);
+        CHECK_MSG(worst < 1e-4, "kind %d: differs by %g", kind, worst);
+    }
+}
 
 TEST(glsl)
 {
@@ -487,166 +464,12 @@ TEST(hlsl)
     differential(use_hlsl);
 }
 
-/* ---- flat maps ----------------------------------------------------------- */
-
-/* A texel of random colours, and what is beyond the edges: of an octahedral map
- * (x, y) beyond a border is at -x about it and 1 - y along it, each in 0..1. */
-static const float *flat_texel(const ibl_cube *map, int level, int x, int y)
-{
-    const ibl_level_shape s =
-        ibl_level_shape_of(map->projection, map->size >> level);
-    const bool out_x = x < 0 || x >= s.width, out_y = y < 0 || y >= s.height;
-
-    if (map->projection == IBL_PROJECTION_EQUIRECT) {
-        x += out_y ? s.width / 2 : 0;
-        x = (x + s.width) % s.width;
-        y = y < 0 ? -1 - y : out_y ? 2 * s.height - 1 - y : y;
-    } else {
-        const int turned_x = out_y ? s.width - 1 - x : x;
-        const int turned_y = out_x ? s.height - 1 - y : y;
-        x = turned_x < 0          ? -1 - turned_x
-            : turned_x >= s.width ? 2 * s.width - 1 - turned_x
-                                  : turned_x;
-        y = turned_y < 0           ? -1 - turned_y
-            : turned_y >= s.height ? 2 * s.height - 1 - turned_y
-                                   : turned_y;
-    }
-    return ibl_cube_face(map, level, 0) +
-           3 * ((ptrdiff_t)y * s.width + (ptrdiff_t)x);
-}
-
-static void flat_bilinear(const ibl_cube *map, int level, const double at[2],
-                          double rgb[3])
-{
-    const ibl_level_shape s =
-        ibl_level_shape_of(map->projection, map->size >> level);
-    const double x = at[0] * s.width - 0.5, y = at[1] * s.height - 0.5;
-    const double p = x - floor(x), q = y - floor(y);
-
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    for (int k = 0; k < 4; k++)
-        for (int c = 0; c < 3; c++)
-            rgb[c] += (k % 2 ? p : 1 - p) * (k / 2 ? q : 1 - q) *
-                      (double)flat_texel(map, level, (int)floor(x) + k % 2,
-                                         (int)floor(y) + k / 2)[c];
-}
-
-/* Directions, many of them at seams and poles, and the point they are at, the
- * octahedron's by its three symmetries. */
-static void flat_point(ibl_projection projection, test_random *r, double d[3],
-                       double at[2])
-{
-    random_unit(r, d);
-    if (test_random_below(r, 2))
-        d[test_random_below(r, 3)] *= 0.02;
-    if (test_random_below(r, 4) == 0)
-        d[0] *= 0.02, d[2] *= 0.02;
-    unit(d);
-    for (int k = 0; k < 3; k++)
-        d[k] = (double)(float)d[k];
-    at[0] = atan2(d[2], d[0]) / (2 * M_PI) + 0.5;
-    at[1] = atan2(hypot(d[0], d[2]), d[1]) / M_PI;
-    if (projection == IBL_PROJECTION_EQUIRECT)
-        return;
-    const double sum = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
-    for (int k = 0; k < 2; k++) {
-        const double own = d[2 * k] / sum, other = fabs(d[2 - 2 * k]) / sum;
-        at[k] = 0.5 + 0.5 * (d[1] < 0 ? copysign(1 - other, own) : own);
-    }
-}
-
-static void flat_lookups(ibl_projection projection, void (*language)(void))
-{
-    const int kind =
-        projection == IBL_PROJECTION_OCTAHEDRAL ? OCTAHEDRAL : EQUIRECT;
-    ibl_texture *tex = &set->set.texture[VIEW_LUT];
-    test_random r = {31};
-    static double at[COUNT][2];
-    double worst = 0;
-    ibl_cube map;
-
-    shade_constant(set, (float[]){0, 0, 0});
-    random_points(3);
-    NEED(!ibl_cube_alloc_as(shade_ctx(), projection, 16, 5, &map));
-    map = test_cube(map);
-    for (int l = 0; l < 5; l++) {
-        const ibl_level_shape s = ibl_level_shape_of(projection, 16 >> l);
-        for (int i = 0; i < 3 * s.width * s.height; i++)
-            ibl_cube_face(&map, l, 0)[i] = (float)test_random_unit(&r);
-    }
-    ibl_texture_free(tex);
-    const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
-    NEED(!ibl_texture_from_cube(shade_ctx(), &map, &as, tex, NULL));
-    for (int i = 0; i < COUNT; i++) {
-        double d[3];
-        flat_point(projection, &r, d, at[i]);
-        put(on.points[NORMAL][i], d);
-        on.points[A][i][0] =
-            i % 3 ? (float)(4 * test_random_unit(&r)) : (float)(i % 5);
-        on.points[A][i][1] = 32;
-        on.points[A][i][2] = (float)kind;
-    }
-    language();
-    draw();
-    for (int i = 0; i < COUNT; i++) {
-        const double lod = (double)on.points[A][i][0];
-        const int low = (int)lod, high = low < 4 ? low + 1 : 4;
-        double a[3], b[3];
-        flat_bilinear(&map, low, at[i], a);
-        flat_bilinear(&map, high, at[i], b);
-        for (int c = 0; c < 3; c++)
-            worst = fmax(worst, fabs((double)on.seen[i][c] -
-                                     mix(a[c], b[c], lod - low)));
-    }
-    test_measured("flat lookup", worst, 1e-4);
-    CHECK_MSG(worst < 1e-4, "%s: differs by %g",
-              ibl_projection_name(projection), worst);
-}
-
 TEST(flat_maps)
 {
-    begin();
-    flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_glsl);
-    flat_lookups(IBL_PROJECTION_EQUIRECT, use_glsl);
+    flat_lookups(use_glsl);
 }
 
 TEST(flat_maps_in_hlsl)
 {
-    begin();
-    flat_lookups(IBL_PROJECTION_OCTAHEDRAL, use_hlsl);
-    flat_lookups(IBL_PROJECTION_EQUIRECT, use_hlsl);
-}
-
-/* Under a constant sky every lobe sees that constant, to rounding. */
-TEST(constant_sky)
-{
-    begin();
-    shade_constant(set, (float[]){0.25F, 0.25F, 0.25F});
-    random_lobes();
-    random_points(2);
-    use_glsl();
-    draw();
-    for (int i = 0; i < COUNT; i++)
-        CHECK((i % KINDS > FOUR_TAPS && i % KINDS != BENT) ||
-              fabsf(on.seen[i][3] - 0.25F) < 6e-8F);
-}
-
-/* Discs on and about surfaces from mirrors to rough ones, at every angle. */
-TEST(discs_are_finite)
-{
-    test_random r = {4};
-
-    begin();
-    shade_constant(set, (float[]){0, 0, 0});
-    random_points(4);
-    for (int i = 0; i < COUNT; i++) {
-        const float at = (float)test_random_unit(&r);
-        on.points[A][i][0] = at * at * at * (float)(i % 9 > 0);
-        on.points[A][i][2] = DISC;
-        on.points[A][i][3] = 0.1F * (float)(i % 3) * at;
-    }
-    use_glsl();
-    draw();
-    for (int i = 0; i < 4 * COUNT; i++)
-        CHECK(on.seen[i / 4][i % 4] >= 0 && isfinite(on.seen[i / 4][i % 4]));
+    flat_lookups(use_hlsl);
 }

@@ -6,10 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sets.h"
 #include "test.h"
+#include "truth.h"
 #include "view.h"
+#include "view/gl.h"
 #include "view/inspect.h"
-#include "view/program.h"
 #include "view/renderer.h"
 #include "view/sphere_grid.h"
 
@@ -106,7 +108,7 @@ static void begin(void)
 static void draw(const view_settings *s, int width, int height)
 {
     CHECK(view_renderer_load(renderer, &set));
-    CHECK(view_renderer_draw(renderer, s, width, height));
+    CHECK(view_test_draw(renderer, s, width, height));
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, seen);
     CHECK(view_gl_check("test"));
@@ -177,13 +179,108 @@ TEST(shader_and_readout_agree)
     }
 }
 
-/* ---- where things are ---------------------------------------------------- */
-
 static double length(const double a[3], const double b[3])
 {
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
                 (a[2] - b[2]) * (a[2] - b[2]));
 }
+
+/* One channel as grey, and the harmonics or the last level as irradiance. */
+TEST(channels_and_kinds_of_irradiance)
+{
+    view_settings s = view_settings_default();
+    int bad = 0;
+
+    begin();
+    make_set(8, 3);
+    set.sh_degree = 2;
+    for (int i = 0; i < 27; i++)
+        set.sh[i] = i < 3 ? 9 : 0.25 * (i % 7);
+    s.mode = VIEW_LEVELS;
+    s.layout = VIEW_EQUIRECT;
+    for (int channel = 0; channel < VIEW_CHANNELS; channel++) {
+        s.channel = (view_channel)channel;
+        draw(&s, 32, 16);
+        for (int i = 0; i < 32 * 16; i++) {
+            const view_texel t =
+                view_inspect(&set, &s, 32, 16, i % 32, 15 - i / 32);
+            const float *v = t.value;
+            const float grey =
+                channel < VIEW_ALPHA && channel ? v[channel - 1]
+                : channel == VIEW_ALPHA
+                    ? 1
+                    : 0.2126F * v[0] + 0.7152F * v[1] + 0.0722F * v[2];
+            for (int k = 0; k < 3; k++)
+                bad += !(fabsf(seen[i][k] - (channel ? grey : v[k])) <= 1e-4F);
+        }
+    }
+    CHECK_MSG(!bad, "%d channels differ", bad);
+    s.channel = VIEW_RGB;
+    s.mode = VIEW_IRRADIANCE_MAP;
+    for (int kind = VIEW_DIFFUSE_SH; kind <= VIEW_DIFFUSE_LAST; kind++) {
+        s.diffuse = (view_diffuse)kind;
+        draw(&s, 32, 16);
+        for (int i = 0; i < 32 * 16; i++) {
+            const view_texel t =
+                view_inspect(&set, &s, 32, 16, i % 32, 15 - i / 32);
+            for (int k = 0; k < 3; k++)
+                bad += !(fabsf(seen[i][k] - t.value[k]) <= 1e-4F);
+            CHECK(kind != VIEW_DIFFUSE_LAST || t.value[0] >= 20);
+        }
+    }
+    CHECK_MSG(!bad, "%d of irradiance differ", bad);
+}
+
+/* Between texel centres of a face values are linear in the place. */
+TEST(filtering_interpolates)
+{
+    view_settings s = view_settings_default();
+
+    begin();
+    make_set(8, 1);
+    s.mode = VIEW_LEVELS;
+    s.layout = VIEW_STRIP;
+    s.filter = true;
+    draw(&s, 6 * 40, 40);
+    for (int x = 5; x < 35; x++)
+        for (int y = 5; y < 35; y++) {
+            const float *c = seen[(39 - y) * 240 + 40 + x];
+            CHECK_NEAR(c[1], (x + 0.5 + 1 / 32.0) / 5 - 0.5, 0.01);
+            CHECK_NEAR(c[2], (y + 0.5 + 1 / 32.0) / 5 - 0.5, 0.01);
+        }
+}
+
+/* The environment at its own resolution, and the directions of its texels. */
+TEST(the_map_itself_is_shown)
+{
+    ibl_ctx *const reader = view_test_ctx(1);
+    const ibl_image map = sets_read_map(reader);
+    view_settings s = view_settings_default();
+    baked_set baked;
+    int bad = 0;
+
+    begin();
+    NEED(view_set_bake(reader, &(view_request){.path = sets_file()}, &baked));
+    s.mode = VIEW_SOURCE_MAP;
+    CHECK(view_renderer_load(renderer, &baked));
+    CHECK(view_test_draw(renderer, &s, 64, 32));
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, seen);
+    for (int i = 0; i < 64 * 32; i++) {
+        const float *want = map.data + 3 * i,
+                    *c = seen[(31 - i / 64) * 64 + i % 64];
+        const view_texel t = view_inspect(&baked, &s, 64, 32, i % 64, i / 64);
+        double d[3];
+        truth_latlong_direction(64, 32, i % 64, i / 64, d);
+        bad += memcmp(want, c, 3 * sizeof *c) ||
+               memcmp(want, t.value, sizeof t.value) ||
+               !(length(d, t.direction) < 1e-6);
+    }
+    CHECK_MSG(!bad, "%d texels differ", bad);
+    view_set_free(&baked);
+}
+
+/* ---- where things are ---------------------------------------------------- */
 
 /* The faces of a cross and of a strip have their texels as the file has. */
 TEST(faces_are_in_place)
@@ -283,7 +380,7 @@ TEST(skies_are_read)
     CHECK(t.value[0] == (float)(50 + t.face) && t.x < 8);
     CHECK(!view_inspect(&set, &s, 400, 60, -1, 30).inside);
     CHECK(!view_inspect(&set, &s, 400, 60, 0, 60).inside);
-    s.sky = false;
+    s.background = VIEW_BACKGROUND_COLOUR;
     CHECK(!view_inspect(&set, &s, 400, 60, 0, 30).inside);
 }
 

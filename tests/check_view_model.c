@@ -1,18 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Models: squares that face the camera under a constant light, whose every
- * layer has a closed form; a mesh of a sphere against the sphere of the grid,
+ * layer has a closed form; the material ball against a sphere of the grid,
  * which is ray-traced; and what is in front of what.
  */
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "ibl/reference.h"
 #include "maps.h"
 #include "shade.h"
 #include "view/model.h"
-#include "view/set_parts.h"
 
 enum {
     EDGE = 64, /* of pictures */
@@ -28,6 +26,8 @@ static const ibl_scene_texture none = {.image = -1,
                                        .filter_mag = GL_NEAREST};
 static const double identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
 
+static view_renderer *renderer;
+
 /* Of the running test: up to three squares, or a sphere. */
 static struct {
     ibl_scene scene;
@@ -41,7 +41,7 @@ static struct {
 
 static void free_model(void *model)
 {
-    view_renderer_model(shade_renderer(), NULL);
+    view_renderer_model(renderer, NULL);
     view_model_free(model);
 }
 
@@ -109,6 +109,15 @@ static ibl_scene_texture image(int i, const unsigned char texels[16])
     return t;
 }
 
+static ibl_scene_texture even(int i, int r, int g, int b, int a)
+{
+    unsigned char texels[16];
+
+    for (int k = 0; k < 16; k++)
+        texels[k] = (unsigned char)(const int[]){r, g, b, a}[k % 4];
+    return image(i, texels);
+}
+
 /* A screen, and a constant light; the squares fill the picture's middle. */
 static void begin(void)
 {
@@ -119,7 +128,7 @@ static void begin(void)
     on.scene.images = on.image;
     on.scene.bounds[0][0] = on.scene.bounds[0][1] = -1;
     on.scene.bounds[1][0] = on.scene.bounds[1][1] = 1;
-    shade_begin(EDGE, EDGE);
+    renderer = shade_begin(EDGE, EDGE);
     shade_constant(&shade_sets[0], sky);
     on.settings = view_settings_default();
     on.settings.mode = VIEW_MODEL;
@@ -134,23 +143,8 @@ static float *draw(void)
 
     NEED(m);
     test_defer(free_model, m);
-    view_renderer_model(shade_renderer(), m);
+    view_renderer_model(renderer, m);
     return shade_draw(&shade_sets[0].set, &on.settings);
-}
-
-/* Light that varies slowly, of another colour in each direction. */
-static void vary(void)
-{
-    ibl_specular_options opts = ibl_specular_options_default();
-    const ibl_image map = map_constant(shade_ctx(), 64, 32, 0);
-
-    for (int y = 0; y < 32; y++)
-        for (int x = 0; x < 64; x++)
-            map_set(&map, x, y, 1 + 0.9f * sinf((float)x * 0.0982f),
-                    1 + 0.9f * cosf((float)x * 0.0982f), 0.1f * (float)y);
-    opts.size = 32;
-    opts.levels = 4;
-    shade_bake(&shade_sets[0], &map, &opts);
 }
 
 /* Colours at a pixel against light times the factors. */
@@ -171,143 +165,150 @@ static void table(double roughness, double rg[2])
 
 /* ---- layers in closed form ----------------------------------------------- */
 
-TEST(metallic_roughness)
+/* What is seen of a material along its normal, where R of its occlusion is 0.2
+ * and its vertices have no half of the red. */
+static void layered(const ibl_scene_material *m, double wanted[3])
 {
-    static const double cases[][2] = {{0, 1}, {1, 0.3}, {0.5, 0.6}};
+    const double metallic = (double)m->metallic, coat = (double)m->clearcoat;
+    const double ior = (double)m->ior, weight = (double)m->specular;
+    const double open =
+        m->occlusion_texture.image < 0 ? 1 : 1 - 0.8 * m->occlusion_strength;
+    double rg[2], over[2], sheen[2];
 
-    begin();
-    for (int i = 0; i < 3; i++) {
-        ibl_scene_material *m = &on.material[0];
-        const double metallic = cases[i][0], base[3] = {0.8, 0.4, 0.1};
-        double rg[2], wanted[3];
-        m->metallic = (float)metallic;
-        m->roughness = (float)cases[i][1];
-        table(cases[i][1], rg);
-        for (int k = 0; k < 3; k++) {
-            const double f0 = 0.04 + metallic * (base[k] - 0.04);
-            const double once = f0 * rg[0] + rg[1];
-            m->base_colour[k] = (float)base[k];
-            wanted[k] = once + base[k] * (1 - metallic) * (1 - once);
-        }
-        expect("looked up", draw() + 3 * MIDDLE, wanted, 1e-4);
+    table((double)m->roughness, rg);
+    table((double)m->clearcoat_roughness, over);
+    NEED(!ibl_reference_sheen(shade_ctx(), 1, 0.5, sheen));
+    for (int k = 0; k < 3; k++) {
+        const double base =
+            m->base_colour[k] * (on.part[0].colour && !k ? 0.5 : 1);
+        const double own =
+            pow((ior - 1) / (ior + 1), 2) * m->specular_colour[k];
+        const double once = (metallic + (1 - metallic) * weight) *
+                            ((own + metallic * (base - own)) * rg[0] + rg[1]);
+        wanted[k] = once + base * (1 - metallic) * (1 - once);
+        wanted[k] *= 1 - m->sheen_colour[0] * sheen[0];
+        wanted[k] += m->sheen_colour[k] * sheen[0];
+        wanted[k] = wanted[k] * open + m->emissive[k] / (double)sky[k];
+        wanted[k] = wanted[k] * (1 - 0.04 * coat) +
+                    coat * open * (0.04 * over[0] + over[1]);
     }
 }
 
-/* The integral of the same, as far as its samples go. */
-TEST(reference)
+static void add_sheen(shade_set *s)
 {
-    double rg[2], wanted[3];
+    static const double levels[] = {0, 0.3, 0.6, 1};
 
-    begin();
-    on.settings.reflection = VIEW_REFERENCE;
-    on.material[0].metallic = 1;
-    on.material[0].roughness = 0.5f;
-    on.material[0].clearcoat = 1;
-    view_renderer_pace(shade_renderer(), 256);
-    table(0.5, rg);
-    for (int k = 0; k < 3; k++)
-        wanted[k] = 0.96 * (rg[0] + rg[1]) + 0.04;
-    expect("integral", draw() + 3 * MIDDLE, wanted, 5e-3);
+    NEED(!ibl_texture_from_cube(shade_ctx(), &s->specular, NULL,
+                                &s->set.texture[VIEW_SHEEN], NULL) &&
+         view_set_fill_sheen(shade_ctx(), levels, 4, &s->set));
 }
 
-TEST(coat)
+/* Metallic, roughness, IOR, KHR_materials_specular, a coat and sheen, by
+ * lookups and by the integral as far as its samples go; or unlit. */
+TEST(layers)
 {
-    double rg[2], over[2], wanted[3];
-
-    begin();
-    on.material[0].metallic = 1;
-    on.material[0].roughness = 0.7f;
-    on.material[0].clearcoat = 0.5f;
-    on.material[0].clearcoat_roughness = 0.2f;
-    table(0.7, rg);
-    table(0.2, over);
-    for (int k = 0; k < 3; k++)
-        wanted[k] = (1 - 0.5 * 0.04) * (rg[0] + rg[1]) +
-                    0.5 * (0.04 * over[0] + over[1]);
-    expect("coat", draw() + 3 * MIDDLE, wanted, 1e-4);
-}
-
-/* What sheen reflects is taken from what is below, by its largest channel. */
-TEST(sheen)
-{
-    const double levels[] = {0, 0.3, 0.6, 1}, colour[3] = {0.8, 0.4, 0.2};
-    shade_set *set = &shade_sets[0];
-    double rg[2], albedo[2], wanted[3];
-
-    begin();
-    NEED(!ibl_texture_from_cube(shade_ctx(), &set->specular, NULL,
-                                &set->set.texture[VIEW_SHEEN], NULL) &&
-         view_set_fill_sheen(shade_ctx(), levels, 4, &set->set));
-    for (int k = 0; k < 3; k++)
-        on.material[0].sheen_colour[k] = (float)colour[k];
-    on.material[0].sheen_roughness = 0.5f;
-    on.material[0].metallic = 1;
-    NEED(!ibl_reference_sheen(shade_ctx(), 1, 0.5, albedo));
-    table(1, rg);
-    for (int k = 0; k < 3; k++)
-        wanted[k] =
-            (rg[0] + rg[1]) * (1 - 0.8 * albedo[0]) + colour[k] * albedo[0];
-    expect("sheen", draw() + 3 * MIDDLE, wanted, 5e-3);
-    on.settings.reflection = VIEW_REFERENCE;
-    view_renderer_pace(shade_renderer(), 256);
-    expect("its integral", draw() + 3 * MIDDLE, wanted, 1e-2);
-}
-
-TEST(specular_and_ior)
-{
-    double rg[2], wanted[3];
-
-    begin();
-    on.material[0].roughness = 0.5f;
-    on.material[0].ior = 2;
-    on.material[0].specular = 0.5f;
-    on.material[0].specular_colour[1] = 0.5f;
-    memset(on.material[0].base_colour, 0, 3 * sizeof(float));
-    table(0.5, rg);
-    for (int k = 0; k < 3; k++)
-        wanted[k] = 0.5 * ((k == 1 ? 0.5 : 1) / 9 * rg[0] + rg[1]);
-    expect("specular", draw() + 3 * MIDDLE, wanted, 1e-4);
-}
-
-/* Vertex colours, occlusion, emission, and none of it if unlit. */
-TEST(factors)
-{
-    static const unsigned char dark[16] = {51, 0, 0, 0, 51, 0, 0, 0,
-                                           51, 0, 0, 0, 51, 0, 0, 0};
+    static const struct {
+        float metallic, roughness, ior, specular, tint, coat, sheen;
+    } cases[] = {
+        {0, 1, 1.5f, 1, 1, 0, 0},         {1, 0.3f, 1.5f, 1, 1, 0, 0},
+        {0.5f, 0.6f, 1.5f, 1, 1, 0, 0},   {0, 0.5f, 2, 0.5f, 0.5f, 0, 0},
+        {1, 0.7f, 1.5f, 1, 1, 0.5f, 0},   {0, 0.5f, 1.5f, 1, 1, 0, 0.8f},
+        {0, 0.5f, 1.5f, 1, 1, 0.5f, 0.8f}};
     static float tint[16] = {.5f, 1, 1, 1, .5f, 1, 1, 1,
                              .5f, 1, 1, 1, .5f, 1, 1, 1};
     ibl_scene_material *m = &on.material[0];
-    double rg[2], wanted[3];
+    double wanted[3];
 
     begin();
-    table(1, rg);
+    add_sheen(&shade_sets[0]);
+    view_renderer_pace(renderer, 256);
     on.part[0].colour = tint;
-    m->occlusion_texture = image(0, dark);
+    memcpy(m->base_colour, (const float[]){0.8f, 0.4f, 0.1f}, 12);
+    m->emissive[2] = 0.5f;
+    m->occlusion_texture = even(0, 51, 0, 0, 0);
     m->occlusion_strength = 0.5f;
-    m->emissive[2] = 3;
-    for (int k = 0; k < 3; k++) {
-        const double once = 0.04 * rg[0] + rg[1];
-        wanted[k] =
-            0.6 * (once + (k ? 1 : 0.5) * (1 - once)) + (k == 2 ? 3 / 0.25 : 0);
+    m->clearcoat_roughness = 0.2f;
+    m->sheen_roughness = 0.5f;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        m->metallic = cases[i].metallic;
+        m->roughness = cases[i].roughness;
+        m->ior = cases[i].ior;
+        m->specular = cases[i].specular;
+        m->specular_colour[1] = cases[i].tint;
+        m->clearcoat = cases[i].coat;
+        for (int k = 0; k < 3; k++)
+            m->sheen_colour[k] = cases[i].sheen / (float)(1 << k);
+        layered(m, wanted);
+        for (int exact = 0; exact < 2; exact++) {
+            on.settings.reflection = exact ? VIEW_REFERENCE : VIEW_SPLIT_SUM;
+            expect("layers", draw() + 3 * MIDDLE, wanted,
+                   exact                 ? 1e-2
+                   : cases[i].sheen == 0 ? 1e-4
+                                         : 5e-3);
+        }
     }
-    expect("occluded", draw() + 3 * MIDDLE, wanted, 1e-4);
     m->unlit = true;
     for (int k = 0; k < 3; k++)
-        wanted[k] = (k ? 1 : 0.5) / (double)sky[k];
+        wanted[k] = m->base_colour[k] * (k ? 1 : 0.5) / (double)sky[k];
     expect("unlit", draw() + 3 * MIDDLE, wanted, 1e-5);
 }
 
-/* White that loses nothing is the colour of the light. */
-TEST(furnace)
+/* A texture of one colour is as a factor. */
+TEST(textures_are_factors)
 {
-    const double white[3] = {1, 1, 1};
+#define SLOT(name, first, channel, channels)                                   \
+    {                                                                          \
+        offsetof(ibl_scene_material, name##_texture),                          \
+            offsetof(ibl_scene_material, first), channel, channels             \
+    }
+    static const struct {
+        size_t texture, factor;
+        int channel, channels; /* 3: of sRGB */
+    } slots[] = {SLOT(base_colour, base_colour, 0, 3),
+                 SLOT(metallic_roughness, metallic, 2, 1),
+                 SLOT(metallic_roughness, roughness, 1, 1),
+                 SLOT(emissive, emissive, 0, 3),
+                 SLOT(specular, specular, 3, 1),
+                 SLOT(specular_colour, specular_colour, 0, 3),
+                 SLOT(clearcoat, clearcoat, 0, 1),
+                 SLOT(clearcoat_roughness, clearcoat_roughness, 1, 1),
+                 SLOT(sheen_colour, sheen_colour, 0, 3),
+                 SLOT(sheen_roughness, sheen_roughness, 3, 1)};
+#undef SLOT
 
     begin();
-    on.settings.multiscatter = true;
-    on.material[0].metallic = 1;
-    for (int i = 0; i < 5; i++) {
-        on.material[0].roughness = 0.25f * (float)i;
-        expect("white", draw() + 3 * MIDDLE, white, 1e-5);
+    shade_kind(&shade_sets[0], IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
+    add_sheen(&shade_sets[0]);
+    for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
+        float rgb[3][3]; /* plain, by factor, by texture */
+        for (int by = 0; by < 3; by++) {
+            ibl_scene_material *m = &on.material[0];
+            const double linear = pow((128 / 255.0 + 0.055) / 1.055, 2.4);
+            const int c = slots[i].channel;
+            *m = plain();
+            m->metallic = m->roughness = m->clearcoat = 0.75f;
+            m->clearcoat_roughness = m->sheen_roughness = 0.75f;
+            for (int k = 0; k < 3; k++)
+                m->emissive[k] = m->sheen_colour[k] = 0.5f;
+            float *factor = (float *)(void *)((char *)m + slots[i].factor);
+            for (int k = 0; by == 1 && k < slots[i].channels; k++)
+                factor[k] *=
+                    (float)(slots[i].channels == 3 ? linear : 128 / 255.0);
+            const bool all = slots[i].channels == 3;
+            if (by == 2)
+                *(ibl_scene_texture *)(void *)((char *)m + slots[i].texture) =
+                    even(0, all || c == 0 ? 128 : 255,
+                         all || c == 1 ? 128 : 255, all || c == 2 ? 128 : 255,
+                         c == 3 ? 128 : 255);
+            memcpy(rgb[by], draw() + 3 * MIDDLE, sizeof rgb[0]);
+        }
+        double off = 0, effect = 0;
+        for (int k = 0; k < 3; k++) {
+            off += fabs(rgb[2][k] - (double)rgb[1][k]);
+            effect += fabs(rgb[0][k] - (double)rgb[1][k]);
+        }
+        CHECK_MSG(effect > 1e-3 && off < 0.01 * effect,
+                  "slot %zu: off by %g of %g", i, off, effect);
     }
 }
 
@@ -359,42 +360,40 @@ TEST(texture_transform)
 }
 
 /* A tilt by a normal map is one of the vertices' normals: on the front and the
- * back, mirrored, with tangents of the file and without. */
-static void tilt(const double n[3], bool by_map, bool tangents)
-{
-    static float tangent[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
-    unsigned char texels[16];
-
-    square(0, 1, 0);
-    on.material[0].metallic = 1;
-    on.material[0].roughness = 0;
-    on.material[0].double_sided = true;
-    if (!by_map) {
-        for (int v = 0; v < 4; v++)
-            for (int k = 0; k < 3; k++)
-                on.part[0].normal[3 * v + k] = (float)n[k];
-        return;
-    }
-    for (int i = 0; i < 16; i++)
-        texels[i] =
-            i % 4 == 3 ? 255 : (unsigned char)lrint(127.5 * (n[i % 4] + 1));
-    on.part[0].tangent = tangents ? tangent : NULL;
-    on.material[0].normal_texture = image(0, texels);
-}
-
+ * back, mirrored and stretched, with tangents of the file and without; of a
+ * coat over nothing, too. */
 TEST_SLOW(normal_maps)
 {
+    static float tangent[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
     const double n[3] = {0.28, 0.48, sqrt(1 - 0.28 * 0.28 - 0.48 * 0.48)};
+    ibl_scene_texture map;
 
     begin();
-    vary();
-    for (int i = 0; i < 8; i++) {
-        const bool mirrored = i & 1, behind = i & 2, tangents = i & 4;
+    shade_kind(&shade_sets[0], IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
+    map =
+        even(0, (int)lrint(127.5 * (n[0] + 1)), (int)lrint(127.5 * (n[1] + 1)),
+             (int)lrint(127.5 * (n[2] + 1)), 255);
+    for (int i = 0; i < 10; i++) {
+        const bool coat = i >= 8, behind = i & 2, tangents = i & 4;
+        const double stretch = !(i & 1) ? 1 : tangents ? -1.25 : -1;
         float rgb[2][3];
         on.settings.yaw = behind ? 180 : 0;
         for (int by_map = 0; by_map < 2; by_map++) {
-            tilt(n, by_map, tangents);
-            on.draw[0].to_world[0] = mirrored ? -1 : 1;
+            ibl_scene_material *m = &on.material[0];
+            square(0, 1, 0);
+            m->double_sided = true;
+            m->metallic = m->specular = !coat;
+            m->clearcoat = coat;
+            m->roughness = 0;
+            memset(m->base_colour, 0, (coat ? 3 : 0) * sizeof(float));
+            if (by_map)
+                *(coat ? &m->clearcoat_normal_texture : &m->normal_texture) =
+                    map;
+            for (int v = 0; v < 12 && !by_map; v++)
+                on.part[0].normal[v] =
+                    (float)(n[v % 3] * (v % 3 ? 1 : fabs(stretch)));
+            on.part[0].tangent = tangents ? tangent : NULL;
+            on.draw[0].to_world[0] = stretch;
             memcpy(rgb[by_map], draw() + 3 * MIDDLE, sizeof rgb[0]);
         }
         for (int k = 0; k < 3; k++)
@@ -426,8 +425,8 @@ TEST(mask_and_blend)
 }
 
 /* Three squares in the wrong order: an opaque one between two that are seen
- * through, of which the one behind cannot be seen. From behind it is the
- * other. */
+ * through, of which the one behind cannot be seen, and these two alone, the
+ * farther one first. From behind it is the other. */
 TEST(order)
 {
     begin();
@@ -441,213 +440,185 @@ TEST(order)
             on.material[i].base_colour[k] = k == i;
         on.material[i].base_colour[3] = i < 2 ? 0.5f : 1;
     }
-    for (int behind = 0; behind < 2; behind++) {
-        on.settings.yaw = 180 * behind;
+    for (int i = 0; i < 4; i++) {
+        const int near = i % 2;
+        const double through = i < 2 ? 0 : 0.25;
+        on.settings.yaw = 180 * near;
+        on.scene.draw_count = i < 2 ? 3 : 2;
         const float *rgb = draw() + 3 * MIDDLE;
-        CHECK_NEAR(rgb[behind], 0.5, 1e-6);
-        CHECK_NEAR(rgb[!behind], 0, 1e-6);
-        CHECK_NEAR(rgb[2], 0.5, 1e-6);
+        CHECK_NEAR(rgb[near], 0.5 + through * (double)sky[near], 1e-6);
+        CHECK_NEAR(rgb[!near], through + through * (double)sky[!near], 1e-6);
+        CHECK_NEAR(rgb[2], i < 2 ? 0.5 : through * (double)sky[2], 1e-6);
     }
 }
 
-/* What is seen through is drawn from back to front. */
-TEST(blended_in_order)
-{
-    begin();
-    square(0, 1, 0.2);
-    square(1, 1, -0.2);
-    for (int i = 0; i < 2; i++) {
-        on.material[i].unlit = on.material[i].double_sided = true;
-        on.material[i].alpha_mode = IBL_SCENE_BLEND;
-        on.material[i].base_colour[0] = (float)i;
-        on.material[i].base_colour[3] = 0.5f;
-    }
-    for (int behind = 0; behind < 2; behind++) {
-        on.settings.yaw = 180 * behind;
-        const double red = draw()[3 * MIDDLE];
-        CHECK_NEAR(red, behind ? 0.5 + 0.25 * 2 : 0.25 + 0.25 * 2, 1e-6);
-    }
-}
-
-/* One side only, unless the file says otherwise. */
+/* One side only, unless the file says otherwise; mirrored, too. */
 TEST(sides)
 {
     begin();
     on.material[0].unlit = true;
     memset(on.material[0].base_colour, 0, 3 * sizeof(float));
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 8; i++) {
         const bool behind = i & 1, both = i & 2;
         on.settings.yaw = behind ? 180 : 0;
         on.material[0].double_sided = both;
-        const bool seen = draw()[3 * MIDDLE] == 0;
-        CHECK(seen == (!behind || both));
+        on.draw[0].to_world[0] = i & 4 ? -1 : 1;
+        CHECK((draw()[3 * MIDDLE] == 0) == (!behind || both));
     }
 }
 
-/* ---- a sphere ------------------------------------------------------------ */
+/* ---- overridden, on the ground, by a file's camera ------------------------
+ */
 
-enum {
-    ROWS = 96,
-    COLUMNS = 192
-};
-
-/* A mesh of the unit sphere with each axis scaled by squeeze. */
-static void sphere(const double squeeze[3])
+/* Whatever the file says: clay, chrome and a material of the table. */
+TEST(override)
 {
-    const int vertices = (ROWS + 1) * (COLUMNS + 1);
-    float *position = test_alloc((size_t)vertices * 3, sizeof *position);
-    float *normal = test_alloc((size_t)vertices * 3, sizeof *normal);
-    uint32_t *index = test_alloc(ROWS * COLUMNS * 6, sizeof *index);
-    const double pi = acos(-1.0);
+    static const struct {
+        view_override by;
+        float base[3], roughness, metallic;
+    } cases[] = {{VIEW_CLAY, {0.5f, 0.5f, 0.5f}, 0.6f, 0},
+                 {VIEW_CHROME, {0.55f, 0.556f, 0.554f}, 0.05f, 1},
+                 {VIEW_MATERIAL, {1, 0.782f, 0.344f}, 0.3f, 1}};
+    ibl_scene_material *m = &on.material[0];
 
-    for (int i = 0; i < vertices; i++) {
-        const double t = pi * (i / (COLUMNS + 1)) / ROWS;
-        const double p = 2 * pi * (i % (COLUMNS + 1)) / COLUMNS;
-        const double d[3] = {sin(t) * sin(p), cos(t), sin(t) * cos(p)};
-        for (int k = 0; k < 3; k++) {
-            position[3 * i + k] = (float)(d[k] * squeeze[k]);
-            normal[3 * i + k] = (float)(d[k] / squeeze[k]);
+    begin();
+    m->base_colour_texture = image(0, four);
+    m->clearcoat = m->emissive[0] = m->sheen_colour[0] = 1;
+    on.settings.roughness[0] = 0.2;
+    on.settings.roughness[1] = 0.4;
+    for (int i = 0; i < 6; i++) {
+        ibl_scene_material is = plain();
+        double wanted[3];
+        m->unlit = i >= 3;
+        on.settings.override = cases[i % 3].by;
+        memcpy(is.base_colour, cases[i % 3].base, sizeof cases[0].base);
+        is.roughness = cases[i % 3].roughness;
+        is.metallic = cases[i % 3].metallic;
+        layered(&is, wanted);
+        expect("override", draw() + 3 * MIDDLE, wanted, 1e-4);
+    }
+}
+
+/* The ball stands on the ground, which is half as bright as a white light. In
+ * the dark rays to a light tell what is lit by it; under an even sky the form
+ * factor of a ball, 1 / d^3, tells what is left of that. */
+TEST(ground)
+{
+    const double to[3] = {0.48, 0.8, 0.36};
+    shade_set *set = &shade_sets[0];
+    int dark = 0, lit = 0;
+
+    begin();
+    on.settings.ground = true;
+    on.settings.pitch = 50;
+    on.settings.distance = 6;
+    on.settings.fov = 40;
+    on.settings.turn = 60;
+    const view_camera c = view_camera_of(&on.settings, EDGE, EDGE);
+    for (int sun = 0; sun < 2; sun++) {
+        shade_constant(set, (const float[]){!sun, !sun, !sun});
+        set->set.light_count = sun;
+        set->set.light[0] =
+            (ibl_light){.radius = 0.01, .irradiance = {M_PI, M_PI, M_PI}};
+        view_turn(on.settings.turn, to, set->set.light[0].direction);
+        const float *rgb = shade_draw(&set->set, &on.settings);
+        for (int i = 0; i < EDGE * EDGE; i++) {
+            double d[3], p[3], off[3], near[3];
+            view_camera_ray(&c, EDGE, EDGE, i % EDGE, i / EDGE, d);
+            for (int k = 0; k < 3; k++) {
+                p[k] = c.eye[k] + (-1 - c.eye[1]) / d[1] * d[k];
+                near[k] = c.eye[k] - test_dot(c.eye, d) * d[k];
+            }
+            for (int k = 0; k < 3; k++)
+                off[k] = p[k] - test_dot(p, to) * to[k];
+            const double away = hypot(p[0], p[2]), is = rgb[3 * i] / 0.5;
+            const double gap = sqrt(test_dot(off, off));
+            if (d[1] >= 0 || test_dot(near, near) < 1.1 || away > 1.2)
+                continue; /* the ball, or where the ground fades */
+            if (!sun)
+                CHECK_NEAR(is, 1 - pow(1 + away * away, -1.5), 0.17);
+            else if (gap < 0.94 || gap > 1.06)
+                CHECK_NEAR(is, gap < 1 ? 0 : to[1], 2e-3);
+            dark += sun && gap < 0.94;
+            lit += sun && gap > 1.06;
         }
     }
-    for (int i = 0; i < ROWS * COLUMNS; i++) {
-        const uint32_t a =
-            (uint32_t)(i / COLUMNS * (COLUMNS + 1) + i % COLUMNS);
-        const uint32_t c = a + COLUMNS + 1;
-        memcpy(index + 6 * i, (uint32_t[]){a, c, a + 1, a + 1, c, c + 1},
-               6 * sizeof *index);
-    }
-    on.part[0] = (ibl_scene_primitive){.vertex_count = (uint32_t)vertices,
-                                       .index_count = 6 * ROWS * COLUMNS,
-                                       .position = position,
-                                       .normal = normal,
-                                       .index = index};
-    on.scene.bounds[0][2] = -1;
-    on.scene.bounds[1][2] = 1;
+    CHECK_MSG(lit > 50 && dark > 20, "%d, %d", lit, dark);
 }
 
-/* The grid's sphere of radius 0.45 from the same place. */
-static float *traced(void)
+/* A camera of the file is where the model is, in the picture's or its shape. */
+TEST(file_camera)
 {
-    view_settings s = on.settings;
-
-    s.mode = VIEW_SPHERES;
-    s.rows = s.columns = 1;
-    s.distance *= 0.45;
-    return shade_draw(&shade_sets[0].set, &s);
-}
-
-/* The mean error of a mesh that is stretched to a sphere, by a matrix that
- * mirrors, too, against the ray-traced one. */
-static double sphere_error(double stretch, view_reflection reflection)
-{
-    const double squeeze[3] = {1 / fabs(stretch), 1, 1};
-    const view_material *gold = &view_materials[on.settings.material];
-    double sum = 0, all = 0;
-
-    sphere(squeeze);
-    on.draw[0].to_world[0] = stretch;
-    on.settings.reflection = reflection;
-    on.settings.metallic[0] = on.material[0].metallic = 1;
-    on.settings.roughness[0] = 0.25;
-    on.material[0].roughness = 0.25f;
-    for (int k = 0; k < 3; k++)
-        on.material[0].base_colour[k] = (float)gold->metal[k];
-    const float *mesh = draw(), *exact = traced();
-    for (int i = 0; i < 3 * EDGE * EDGE; i++) {
-        sum += fabs(mesh[i] - (double)exact[i]);
-        all += exact[i];
-    }
-    return sum / all;
-}
-
-TEST_SLOW(sphere_as_traced)
-{
-    static const double stretches[] = {1, 2, -1, -0.5};
+    ibl_scene_camera camera = {.yfov = 0.5};
 
     begin();
-    vary();
+    on.material[0].unlit = true;
+    on.material[0].base_colour_texture = image(0, four);
+    on.scene.cameras = &camera;
+    on.scene.camera_count = 1;
+    memcpy(camera.to_world, identity, sizeof identity);
+    camera.to_world[14] = 4;
+    for (int wide = 0; wide < 2; wide++) {
+        camera.aspect = 2 * wide;
+        on.settings.file_camera = 1;
+        on.settings.distance = 9;
+        const float *by_file = draw();
+        on.settings.file_camera = 2 * wide; /* none */
+        on.settings.distance = 4 / sqrt(2); /* as the farthest corner is at 1 */
+        on.settings.fov = 2 * atan((1 + wide) * tan(0.25)) * 180 / M_PI;
+        CHECK(!memcmp(by_file, draw(), 3 * sizeof(float) * EDGE * EDGE));
+    }
+}
+
+/* ---- the ball, and several materials -------------------------------------
+ */
+
+/* Above its belt the material ball is a sphere of the grid, from as many radii
+ * away. */
+TEST_SLOW(ball)
+{
+    begin();
+    shade_kind(&shade_sets[0], IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
     on.settings.distance = 5;
-    on.settings.fov = 18; /* the sphere's edge is outside */
-    on.settings.yaw = 30;
-    on.settings.pitch = 40;
+    on.settings.fov = 16; /* its edge and its belt are outside */
+    on.settings.pitch = 80;
     on.settings.turn = 77;
-    for (int i = 0; i < 4; i++) {
-        const double off = sphere_error(stretches[i], VIEW_SPLIT_SUM);
-        CHECK_MSG(off < 2e-3, "stretched by %g: off by %g", stretches[i], off);
+    on.settings.metallic[0] = on.settings.metallic[1] = 1;
+    on.settings.roughness[0] = on.settings.roughness[1] = 0.25;
+    view_renderer_pace(renderer, 16);
+    for (int exact = 0; exact < 2; exact++) {
+        view_settings s;
+        double sum = 0, all = 0;
+        on.settings.reflection = exact ? VIEW_REFERENCE : VIEW_SPLIT_SUM;
+        s = on.settings;
+        s.mode = VIEW_SPHERES;
+        s.rows = s.columns = 1;
+        s.distance *= 0.45;
+        const float *mesh = shade_draw(&shade_sets[0].set, &on.settings);
+        const float *traced = shade_draw(&shade_sets[0].set, &s);
+        for (int i = 0; i < 3 * EDGE * EDGE; i++) {
+            sum += fabs(mesh[i] - (double)traced[i]);
+            all += traced[i];
+        }
+        CHECK_MSG(sum < 8e-3 * all, "off by %g", sum / all);
     }
-    view_renderer_pace(shade_renderer(), 16);
-    const double off = sphere_error(1, VIEW_REFERENCE);
-    CHECK_MSG(off < 2e-3, "reference: off by %g", off);
 }
 
-/* The material ball is a sphere, too, but for its belt. */
-TEST(ball)
-{
-    begin();
-    on.settings.multiscatter = true;
-    on.settings.material = shade_material("white");
-    on.settings.metallic[1] = 1;
-    float *picture = shade_draw(&shade_sets[0].set, &on.settings);
-    for (int i = 0; i < EDGE * EDGE; i++)
-        expect("ball", picture + 3 * i, (const double[]){1, 1, 1}, 1e-5);
-}
-
-/* Errors by material: both sides are the same under a constant light, and the
- * pixels of each material are known. */
+/* Both sides are the same under a constant light, and the pixels of each
+ * material are known. */
 TEST(errors_by_material)
 {
+    view_settings side[2];
     view_error errors[3];
 
     begin();
     square(1, 0.5, 0.1);
+    draw();
     on.settings.compare = VIEW_SPLIT;
-    on.settings.against = VIEW_FIT;
-    draw();
-    NEED(view_renderer_errors(shade_renderer(), errors) == 2);
+    side[0] = side[1] = on.settings;
+    side[1].reflection = VIEW_FIT;
+    NEED(shade_frame(side));
+    NEED(view_renderer_errors(renderer, errors) == 2);
     CHECK(errors[0].pixels > errors[1].pixels && errors[1].pixels > 50);
-    for (int i = 0; i < 2; i++)
-        CHECK(view_error_rmse(errors[i]) < 1e-6);
-}
-
-/* Draws anew; the pixels that the model covers in part. */
-static int count_partial(void)
-{
-    static float rgb[3 * EDGE * EDGE];
-    int count = 0;
-
-    NEED(view_renderer_draw(shade_renderer(), &on.settings, EDGE, EDGE) &&
-         view_renderer_read(shade_renderer(), false, rgb));
-    for (int i = 0; i < EDGE * EDGE; i++)
-        count += rgb[3 * i] > 0.01f * sky[0] && rgb[3 * i] < 0.99f * sky[0];
-    return count;
-}
-
-static PFNGLDRAWELEMENTSPROC draw_elements;
-
-static void APIENTRY draw_late(GLenum kind, GLsizei count, GLenum type,
-                               const void *indices)
-{
-    nanosleep(&(struct timespec){.tv_nsec = 150000000}, NULL);
-    draw_elements(kind, count, type, indices);
-}
-
-/* After a slow picture the next has one sample of a pixel, for it moves. At
- * rest it has all. */
-TEST(samples_of_what_moves)
-{
-    begin();
-    on.settings.multiscatter = true;
-    on.settings.sky = false;
-    on.settings.fov = 60;
-    on.settings.multisample = 4;
-    draw_elements = gl.DrawElements;
-    gl.DrawElements = draw_late;
-    draw();
-    gl.DrawElements = draw_elements;
-    on.settings.pitch += 20;
-    const int moving = count_partial();
-    CHECK(!view_renderer_complete(shade_renderer()));
-    const int at_rest = count_partial();
-    CHECK_MSG(moving == 0 && at_rest > 10, "%d, %d", moving, at_rest);
-    CHECK(view_renderer_complete(shade_renderer()));
+    CHECK(view_error_rmse(errors[0]) < 1e-6);
 }

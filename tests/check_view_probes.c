@@ -10,7 +10,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/upload.h"
 
 enum {
     EDGE = 64,

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Sets of the viewer: read from what iblbake writes, and baked here. */
+/* Sets of the viewer: read from what iblbake writes, baked here, or refused,
+ * and what paths and folders are. What ibl_set_open does is in check_set.c. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "files.h"
@@ -14,291 +16,309 @@
 #include "truth.h"
 #include "view.h"
 #include "view/baked_set.h"
+#include "view/folder.h"
 
-/* Floats of level 0. */
-static float *decode(const ibl_texture *tex)
+#define BARE "--irradiance-size 8 --lut-size 16"
+
+/* ---- facts --------------------------------------------------------------- */
+
+/* Of keys and sidecar that differ in one thing the keys hold; of files without
+ * keys the sidecar does; without either defaults, with a line for each. */
+TEST(two_accounts)
 {
-    const size_t n = (size_t)tex->faces * tex->width * tex->height;
-    float *rgb = test_alloc(3 * n, sizeof *rgb);
+    static const char *const seds[] = {
+        "s/\"linear\"/\"filament\"/", "s/\"ggx\"/\"charlie\"/",
+        "s/\"smith\"/\"schlick-ibl\"/", "s/\"E.pi\"/\"E\"/"};
+    ibl_ctx *ctx = view_test_ctx(2);
+    baked_set keys, set, side;
 
-    ibl_pixel_decode(tex->pixel, tex->data, n, rgb);
-    return rgb;
-}
-
-/* ---- roughness ------------------------------------------------------- */
-
-static void check_lod(const baked_set *set, double low, double high)
-{
-    const int last = set->texture[VIEW_SPECULAR].levels - 1;
-    const bool linear = set->mapping == IBL_ROUGHNESS_LINEAR;
-    const double from = linear ? low : low * (2 - low);
-    const double to = linear ? high : high * (2 - high);
-
-    for (int l = 0; l <= last; l++) {
-        const double x = last ? from + (to - from) * l / last : from;
-        CHECK_NEAR(set->roughness[l], linear ? x : 1 - sqrt(1 - x), 1e-8);
-        if (last)
-            CHECK_NEAR(x * set->lod_scale + set->lod_offset, l, 1e-6);
+    NEED(sets_bake("keys", "--mapping linear --roughness-range 0.1:0.7"));
+    NEED(sets_bake("none", "--mapping linear --format dds --levels 4"));
+    sets_open(ctx, "keys", &keys);
+    NEED(file_run("cp keys/sky.json k && cp none/sky.json n"));
+    for (int i = 0; i < 4; i++) {
+        NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
+                      seds[i], seds[i]));
+        sets_open(ctx, "keys", &set);
+        sets_check_same(&set, &keys, seds[i]);
+        sets_open(ctx, "none", &side);
+        CHECK((side.mapping == IBL_ROUGHNESS_FILAMENT) == (i == 0));
+        CHECK((side.lobe == IBL_LOBE_CHARLIE) == (i == 1));
+        CHECK((side.geometry == IBL_GEOMETRY_SCHLICK_IBL) == (i == 2));
+        CHECK_NEAR(side.irradiance_scale, i == 3 ? 1 / M_PI : 1, 1e-15);
     }
+    NEED(file_run("rm keys/sky.json none/sky.json"));
+    const char *said = sets_open(ctx, "keys", &set);
+    CHECK(sets_lines(said) == 1 && strstr(said, "level 0 is of roughness"));
+    for (int l = 0, last = set.texture[VIEW_SPECULAR].levels - 1; l <= last;
+         l++) {
+        CHECK_NEAR(set.roughness[l], 0.1 + 0.6 * l / last, 1e-8);
+        CHECK_NEAR(set.roughness[l] * set.lod_scale + set.lod_offset, l, 1e-6);
+    }
+    said = sets_open(ctx, "none", &set);
+    CHECK(sets_lines(said) == 3 && strstr(said, "linear mapping"));
+    CHECK(set.roughness[3] == 1 && set.lod_scale == 3 && set.sh_degree == -1);
 }
 
-TEST(mappings_and_ranges)
+/* By what the engine of a set lights matte surfaces, as iblbake-engines(7) has
+ * it; of others what they have. */
+TEST(diffuse_light)
 {
     static const struct {
         const char *options;
-        ibl_roughness_map mapping;
-        double low, high;
+        view_diffuse diffuse;
+        bool map, sh;
     } cases[] = {
-        {"--mapping linear", IBL_ROUGHNESS_LINEAR, 0, 1},
-        {"--mapping filament --levels 5", IBL_ROUGHNESS_FILAMENT, 0, 1},
-        {"--roughness-range 0.2:0.8 --levels 4", IBL_ROUGHNESS_FILAMENT, 0.2,
-         0.8},
-        {"--mapping linear --roughness-range 0.1:0.6 --levels 3",
-         IBL_ROUGHNESS_LINEAR, 0.1, 0.6},
-        {"--roughness-range 0.5:0.5", IBL_ROUGHNESS_FILAMENT, 0.5, 0.5},
+        {"--target three", VIEW_DIFFUSE_LAST, false, true},
+        {"--target filament", VIEW_DIFFUSE_LAST, false, true},
+        {"--target bevy", VIEW_DIFFUSE_MAP, true, true},
+        {"--target gltf", VIEW_DIFFUSE_SH, false, true},
+        {"--target cesium", VIEW_DIFFUSE_SH, false, true},
+        {"--target babylon-env", VIEW_DIFFUSE_SH, false, true},
+        {"--target playcanvas", VIEW_DIFFUSE_SH, false, true},
+        {"--target babylon", VIEW_DIFFUSE_MAP, true, true},
+        {"--only specular,json --sh 3", VIEW_DIFFUSE_SH, false, true},
+        {"--only specular,json --sh 1", VIEW_DIFFUSE_LAST, false, true},
+        {"--only specular", VIEW_DIFFUSE_LAST, false, false},
     };
     ibl_ctx *ctx = view_test_ctx(2);
-
-    for (int i = 0; i < 5; i++) {
-        baked_set set;
-        /* By the sidecar alone, by the keys alone. */
-        for (int dds = 0; dds < 2; dds++) {
-            const char *path = test_text("lod%d%d", i, dds);
-            NEED(sets_bake(path, test_text("%s --format %s", cases[i].options,
-                                           dds ? "dds" : "ktx")));
-            if (!dds)
-                NEED(file_run("rm %s/sky.json", path));
-            const char *said = sets_open(ctx, path, &set);
-            /* With a sidecar the map is at hand. */
-            CHECK_MSG(sets_lines(said) == (!dds && cases[i].low > 0),
-                      "%s: said %s", path, said);
-            CHECK(!*said || strstr(said, "level 0 is of roughness"));
-            CHECK(set.mapping == cases[i].mapping);
-            CHECK(set.sh_degree == (dds ? 2 : -1));
-            check_lod(&set, cases[i].low, cases[i].high);
-        }
-    }
-}
-
-/* Neither keys nor sidecar: defaults, and a line for each. */
-TEST(nothing_is_told)
-{
-    ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
-
-    NEED(sets_bake("bare", "--format dds --levels 4 --mapping filament"));
-    NEED(file_run("rm bare/sky.json"));
-    const char *said = sets_open(ctx, "bare", &set);
-    CHECK(sets_lines(said) == 3 && strstr(said, "linear mapping") &&
-          strstr(said, "irradiance / pi") && strstr(said, "smith"));
-    CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
-    check_lod(&set, 0, 1);
-}
-
-/* ---- what a set has not ----------------------------------------------- */
-
-static void check_irradiance(ibl_ctx *ctx, const baked_set *set, double bound)
-{
-    const ibl_texture *tex = &set->texture[VIEW_IRRADIANCE];
-    ibl_image map = sets_read_map(ctx);
-    float *rgb = decode(tex);
-    double worst = 0;
-
-    for (int face = 0; face < 6; face++) {
-        for (int i = 0; i < tex->width * tex->width; i += 7) {
-            double n[3], truth[3];
-            const float *p = rgb + 3 * (face * tex->width * tex->width + i);
-            truth_cube_direction(tex->width, face, i % tex->width,
-                                 i / tex->width, n);
-            reference_irradiance(&map, n, truth);
-            for (int c = 0; c < 3; c++)
-                worst = fmax(
-                    worst,
-                    fabs((double)p[c] * set->irradiance_scale / truth[c] - 1));
-        }
-    }
-    CHECK_MSG(worst <= bound, "irradiance is off by %g of itself", worst);
-    if (getenv("IBL_TEST_VERBOSE"))
-        printf("irradiance %g of %g\n", worst, bound);
-}
-
-TEST(table_is_made)
-{
-    ibl_ctx *ctx = view_test_ctx(2);
-    baked_set set;
-
-    NEED(sets_bake("table", "--geometry schlick-ibl"));
-    NEED(file_run("rm table/brdf_lut_schlick-ibl.ktx2"));
-    const char *said = sets_open(ctx, "table", &set);
-    CHECK(sets_lines(said) == 1 && strstr(said, "no BRDF table"));
-    CHECK(set.geometry == IBL_GEOMETRY_SMITH && !set.path[VIEW_LUT]);
-    const ibl_texture *tex = &set.texture[VIEW_LUT];
-    for (int i = 3; i < tex->width; i += 50) {
-        float pair[2];
-        double truth[2];
-        ibl_pixel_decode(tex->pixel,
-                         tex->data + ibl_pixel_bytes(tex->pixel) *
-                                         ((size_t)i * tex->width + 40),
-                         1, pair);
-        reference_lut(40.5 / tex->width, (i + 0.5) / tex->width,
-                      IBL_GEOMETRY_SMITH, truth);
-        /* The quadrature's 5e-5 and half a bit of a half. */
-        CHECK_NEAR((double)pair[0], truth[0], 5e-5 + 0x1p-12);
-        CHECK_NEAR((double)pair[1], truth[1], 5e-5 + 0x1p-12);
-    }
-}
-
-/* Bounds: the sum puts what is in a texel of 2.8 degrees in its centre, at most
- * 2 degrees beside, which is 0.035 of what the sun adds (a tenth of the light
- * here); harmonics to degree 4 miss at most 5 % of a sun (l = 6: 13/64 of 17/4
- * at the pole); a level of roughness 0.3 has its light 2 alpha, 10 degrees,
- * away from where it was, and some of it in GGX's tails. */
-TEST_OF(irradiance_is_made, "irradiance_is_made", TEST_RACES || !TEST_SANITIZED)
-{
-    static const struct {
-        const char *options, *from;
-        double bound;
-    } cases[] = {
-        {"", "level 0", 0.01},
-        {"--levels 1", "level 0", 0.01},
-        {"--roughness-range 0.3:1 --levels 2 --size 64", "last specular level",
-         0.01},
-        /* Too small, and of a lobe whose roughest is no cosine. */
-        {"--roughness-range 0.3:1 --levels 4 --sh 4", "spherical harmonics",
-         0.02},
-        {"--roughness-range 0.3:1 --levels 2 --lobe charlie --sh 4",
-         "spherical harmonics", 0.02},
-        {"--roughness-range 0.3:0.8 --levels 2 --sh 4", "spherical harmonics",
-         0.02},
-        {"--roughness-range 0.3:0.8 --levels 2 --sh 1", "blurred or clipped",
-         0.05},
-    };
-    ibl_ctx *ctx = view_test_ctx(2);
 
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        baked_set set;
-        NEED(file_run("rm -rf light"));
-        NEED(sets_bake("light", cases[i].options));
-        NEED(!unlink(file_path("light/sky_irradiance.ktx2")));
-        const char *said = sets_open(ctx, "light", &set);
-        CHECK_MSG(sets_lines(said) == 1 + (set.lobe != IBL_LOBE_GGX) &&
-                      strstr(said, cases[i].from),
-                  "%s: %s", cases[i].options, said);
-        check_irradiance(ctx, &set, cases[i].bound);
+        NEED(file_run("rm -rf of && '%s' -q '%s' %s%s -o of",
+                      file_built("iblbake"), sets_file(), cases[i].options,
+                      strstr(cases[i].options, "play") ? "" : " --size 32"));
+        const char *said = sets_open(ctx, "of", &set);
+        CHECK_MSG(set.diffuse == cases[i].diffuse, "%s: %s", cases[i].options,
+                  view_diffuse_names[set.diffuse]);
+        CHECK_MSG(!view_set_lacks(&set, VIEW_DIFFUSE_MAP) == cases[i].map &&
+                      !view_set_lacks(&set, VIEW_DIFFUSE_SH) == cases[i].sh,
+                  "%s", cases[i].options);
+        CHECK(set.texture[VIEW_LUT].data);
+        CHECK(i < 8 || strstr(said, "has no BRDF table: made"));
     }
 }
 
-/* A sun that halves do not hold: the last level knows what it gave. */
-TEST(clipped_sun)
+/* ---- files --------------------------------------------------------------- */
+
+/* Of sets and tables beside each other, each goes with its own. */
+TEST(same_container)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    ibl_specular_options opts = ibl_specular_options_default();
-    ibl_image map = sets_map(ctx, 128, 1e7);
-    baked_set baked, set;
+    baked_set set;
 
-    /* A set without irradiance, written from one that was baked. */
-    opts.size = 64;
-    opts.levels = 4;
-    view_test_catch();
-    const bool ok = sets_bake_image(ctx, "sun", &map, &opts, &baked);
-    const char *said = view_test_caught();
-    NEED(ok);
-    CHECK(strstr(said, "beyond 65504"));
-    NEED(sets_save(ctx, "sun_specular.ktx2", &baked.texture[VIEW_SPECULAR],
-                   IBL_CONTAINER_KTX2));
-    NEED(file_run("mkdir sun && mv sun_specular.ktx2 sun"));
-    said = sets_open(ctx, "sun", &set);
-    CHECK(strstr(said, "the last specular level"));
-    CHECK(set.texture[VIEW_IRRADIANCE].width == 8);
-    float *last = decode(&set.texture[VIEW_IRRADIANCE]);
-    for (int i = 0; i < 6 * 64; i += 5) {
-        double n[3], truth[3];
-        truth_cube_direction(8, i / 64, i % 8, i / 8 % 8, n);
-        reference_irradiance(&map, n, truth);
-        CHECK_NEAR((double)last[3 * i], truth[0], 0.02 * truth[0]);
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        const ibl_container as = (ibl_container)i;
+        NEED(sets_bake("mixed",
+                       test_text("--format %s", ibl_container_name(as))));
     }
-    view_set_free(&baked);
+    NEED(file_run("rm mixed/sky.json"));
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        const char *end = ibl_container_extension((ibl_container)i);
+        sets_open(ctx, test_text("mixed/sky_specular.%s", end), &set);
+        CHECK(!strcmp(strrchr(set.path[VIEW_IRRADIANCE], '.') + 1, end));
+        CHECK(!strcmp(strrchr(set.path[VIEW_LUT], '.') + 1, end));
+    }
+    NEED(sets_bake("two", "--name b --geometry schlick-ibl --skybox 8") &&
+         sets_bake("two", "--name a"));
+    sets_open(ctx, "two/b_specular.ktx2", &set);
+    CHECK(set.geometry == IBL_GEOMETRY_SCHLICK_IBL && !strcmp(set.name, "b"));
+    CHECK(set.texture[VIEW_SKY].width == 8 && !set.own_sky);
+    /* Any cube is a sky to those who name it. */
+    const view_request what = {.path = file_path("two/b_specular.ktx2"),
+                               .sky = file_path("two/a_irradiance.ktx2")};
+    NEED(view_set_open(ctx, &what, &set));
+    CHECK(set.own_sky && !strcmp(set.path[VIEW_SKY], what.sky));
+    view_set_free(&set);
 }
 
-/* ---- harmonics -------------------------------------------------------- */
+/* Files that are named in place of the set's. */
+TEST(wrong_kinds)
+{
+    static const struct {
+        const char *option, *file, *words;
+    } named[] = {
+        {"irradiance", "wrong/sky_specular.ktx2", "holds specular, where"},
+        {"irradiance", "picture.png", "not a texture"},
+        {"irradiance", "wrong", "is a directory"},
+        {"lut", "wrong/sky_specular.ktx2", "is a cube"},
+        {"lut", "cut", "cut short"},
+        {"sky", "wrong/brdf_lut.ktx2", "where a skybox"},
+    };
+    ibl_ctx *ctx = view_test_ctx(2);
 
-/* L = 1 + a.d + b d_x d_y has E/pi = 1 + 2/3 a.d + 1/4 b d_x d_y. */
+    NEED(sets_bake("wrong", "") &&
+         file_run("printf '\\211PNG\\r\\n' >picture.png; "
+                  "head -c 1000 wrong/brdf_lut.ktx2 >cut; "
+                  "cp wrong/sky_irradiance.ktx2 a_irradiance.ktx2"));
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
+        const char *file = file_path(named[i].file), *to = named[i].option;
+        const view_request what = {
+            file_path("wrong"), .irradiance = *to == 'i' ? file : NULL,
+            .lut = *to == 'l' ? file : NULL, .sky = *to == 's' ? file : NULL};
+        sets_check_refused(ctx, &what, file, named[i].words);
+    }
+    sets_refused(ctx, file_path("a_irradiance.ktx2"), "no specular");
+}
+
+TEST(kinds_and_folders)
+{
+    static const struct {
+        const char *name;
+        view_kind kind;
+    } all[] = {
+        {"d/sky.exr", VIEW_KIND_MAP},      {"d/map 2.HDR", VIEW_KIND_MAP},
+        {"d/odd.dds", VIEW_KIND_MAP},      {"-", VIEW_KIND_MAP},
+        {"d/x.glb", VIEW_KIND_MODEL},      {"d/index.json", VIEW_KIND_PROBES},
+        {"d/set", VIEW_KIND_SET},          {"d/set/sky.json", VIEW_KIND_SET},
+        {"d/set/sky.gltf", VIEW_KIND_SET}, {"d/maps", VIEW_KIND_FOLDER},
+        {"d/empty", VIEW_KIND_NONE},       {"d/nowhere", VIEW_KIND_NONE},
+        {"d", VIEW_KIND_PROBES},           {"d/set/sky.png", VIEW_KIND_MAP},
+        {"d/maps/sets", VIEW_KIND_FOLDER},
+    };
+    static const char *const listed[] = {
+        "maps", "index.json", "map 2.HDR", "map 10.hdr",
+        "set",  "sky.exr",    "x.glb"};
+    view_folder f;
+    const char *why;
+
+    NEED(file_run(
+        "'%s' -q '%s' --target gltf --size 16 -o d/set && cd d && mkdir "
+        "maps empty .hidden && cp '%s' sky.exr && cp sky.exr maps && "
+        "mkdir maps/sets && touch maps/sets/a_specular.dds maps/sets/b.env && "
+        "cp sky.exr .hidden.exr && cp sky.exr 'map 2.HDR' && cp "
+        "sky.exr 'map 10.hdr' && cp sky.exr set/sky.png && "
+        "echo x >odd.dds && echo '{}' >index.json && touch x.glb",
+        file_built("iblbake"), sets_file(), sets_file()));
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        const bool in = all[i].name[0] == 'd';
+        const view_kind kind = view_kind_of(in ? file_path(all[i].name) : "-",
+                                            IBL_INPUT_AUTO, &why);
+        CHECK_MSG(kind == all[i].kind && !why == (kind != VIEW_KIND_NONE),
+                  "%s: %d", all[i].name, kind);
+    }
+    NEED(view_folder_read(file_path("d"), &f) && f.count == 7);
+    for (int i = 0; i < 7; i++)
+        CHECK_MSG(!strcmp(f.entry[i].name, listed[i]), "%s", f.entry[i].name);
+    CHECK(f.entry[4].kind == VIEW_KIND_SET &&
+          f.entry[0].kind == VIEW_KIND_FOLDER);
+    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 10.hdr", 1) == 5);
+    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "sky.exr", 1) == 2);
+    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 2.HDR", -1) == 5);
+    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 2.HDR", -3) == 2);
+    view_folder_free(&f);
+    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "sky.exr", 1) == -1);
+    view_test_catch();
+    CHECK(!view_folder_read(file_path("d/nowhere"), &f) && !f.entry);
+    CHECK(strstr(view_test_caught(), "nowhere: cannot be listed"));
+    const char *shipped = view_shipped_map();
+    CHECK(shipped &&
+          view_kind_of(shipped, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP);
+}
+
+/* The map is read once, though its file may be gone by then. */
+TEST(source_is_read_once)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    const ibl_image truth = sets_read_map(ctx);
+    const char *why;
+    baked_set set;
+
+    NEED(file_run("mkdir once && cp '%s' once/map.exr && '%s' -q once/map.exr "
+                  "-o once --size 32 " BARE,
+                  sets_file(), file_built("iblbake")));
+    sets_open(ctx, "once", &set);
+    for (int i = 0; i < 2; i++) {
+        const ibl_image *map = view_set_source(&set, &why);
+        NEED(map && !why && map->width == truth.width);
+        CHECK(!memcmp(map->data, truth.data,
+                      3 * sizeof(float) * truth.width * truth.height));
+        NEED(i || file_run("rm once/map.exr"));
+    }
+    ibl_image_free(&set.map);
+    sets_open(ctx, "once", &set);
+    CHECK(!view_set_source(&set, &why) && strstr(why, "--map"));
+    /* Another file of that name, though as bright, is another map. */
+    ibl_image other = sets_map(ctx, 32, 60);
+    NEED(file_save_exr(file_path("once/map.exr"), &other, NULL));
+    sets_open(ctx, "once", &set);
+    view_test_catch();
+    CHECK(!view_set_source(&set, &why) && !view_set_source(&set, &why));
+    CHECK(sets_lines(view_test_caught()) == 1 && strstr(why, "as it was"));
+}
+
+/* ---- harmonics -------------------------------------------------------------
+ */
+
+/* L = Y_lm, turned by 90 degrees with the map, has E/pi = A_l Y_lm / pi: each
+ * coefficient alone, against tests/truth.c. */
 TEST(harmonics_are_irradiance)
 {
-    ibl_ctx *ctx = view_test_ctx(2);
-    ibl_image map = map_constant(ctx, 256, 128, 0);
-    const double a[3] = {0.2, -0.3, 0.4};
-    ibl_specular_options opts = ibl_specular_options_default();
-    baked_set set;
+    static const double cosine[] = {1, 2.0 / 3, 0.25, 0, -1.0 / 24};
+    const double d[3] = {0.36, 0.48, 0.8};
+    baked_set set = {0};
 
-    for (int y = 0; y < map.height; y++) {
-        for (int x = 0; x < map.width; x++) {
-            double d[3];
-            truth_latlong_direction(map.width, map.height, x, y, d);
-            const double ad = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
-            map_set(&map, x, y, (float)(1 + ad), (float)(1 + 0.5 * d[0] * d[1]),
-                    (float)(1 + 0.25 * d[2] * d[1]));
-        }
-    }
-    opts.size = 16;
-    for (int turned = 0; turned < 2; turned++) {
-        opts.yaw_deg = turned ? 90 : 0;
-        NEED(sets_bake_image(ctx, "linear", &map, &opts, &set));
-        CHECK(set.sh_degree == VIEW_SH_DEGREE);
-        for (int face = 0; face < 6; face++) {
-            double w[3], rgb[3];
-            truth_cube_direction(16, face, 5, 11, w);
-            view_harmonics_sum(set.sh, VIEW_SH_COUNT, 3, w, rgb);
-            /* Counter-clockwise from above: what was at +X is at -Z. */
-            const double d[3] = {turned ? -w[2] : w[0], w[1],
-                                 turned ? w[0] : w[2]};
-            const double ad = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
-            /* Pixel centres stand for pixels: (pi/128)^2 / 24 of the map. */
-            CHECK_NEAR(rgb[0], 1 + 2 * ad / 3, 1e-4);
-            CHECK_NEAR(rgb[1], 1 + 0.125 * d[0] * d[1], 1e-4);
-            CHECK_NEAR(rgb[2], 1 + 0.0625 * d[2] * d[1], 1e-4);
-        }
-        view_set_free(&set);
-    }
-}
-
-/* Each Y_lm against tests/truth.c. */
-TEST(harmonics_basis)
-{
-    const double d[][3] = {
-        {0.36, 0.48, 0.8}, {-0.8, 0.36, 0.48}, {0.48, -0.8, -0.36}};
-
-    for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++) {
+    for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++)
         for (int m = -l; m <= l; m++, i++) {
-            double sh[3 * VIEW_SH_COUNT] = {0};
+            double sh[3 * VIEW_SH_COUNT] = {0}, rgb[3];
             sh[3 * i + 1] = 1;
-            for (int k = 0; k < 3; k++) {
-                double rgb[3];
-                view_harmonics_sum(sh, VIEW_SH_COUNT, 3, d[k], rgb);
-                CHECK_NEAR(rgb[1], truth_sh(l, m, d[k]), 1e-12);
-                CHECK(rgb[0] == 0 && rgb[2] == 0);
-            }
+            view_set_harmonics(&set, VIEW_SH_DEGREE, sh);
+            view_harmonics_sum(set.sh, VIEW_SH_COUNT, 3, d, rgb);
+            CHECK_NEAR(rgb[1], cosine[l] * truth_sh(l, m, d), 1e-12);
+            CHECK(rgb[0] == 0 && rgb[2] == 0);
         }
-    }
 }
 
-/* ---- others' ---------------------------------------------------------- */
+/* ---- bakes --------------------------------------------------------------- */
 
-TEST(of_cmgen)
+static void pause_for(double seconds)
 {
-    ibl_ctx *ctx;
-    baked_set set;
+    const struct timespec t = {0, (long)(1e9 * seconds)};
+    nanosleep(&t, NULL);
+}
 
-    if (!file_have("cmgen"))
-        test_skip("cmgen (package filament) is not installed");
-    ctx = view_test_ctx(2);
-    NEED(file_run("mkdir -p cm && timeout 100 cmgen -q --format=ktx --size=64 "
-                  "--ibl-samples=64 --deploy=cm '%s'",
-                  sets_file()));
-    const char *said = sets_open(ctx, "cm/cm_ibl.ktx", &set);
-    CHECK_MSG(strstr(said, "as cmgen has it"), "%s", said);
-    CHECK(set.mapping == IBL_ROUGHNESS_FILAMENT);
-    CHECK(set.irradiance_scale == 1);
-    check_lod(&set, 0, 1);
-    sets_refused(ctx, file_path("cm/cm_skybox.ktx"), "no specular levels");
+/* A bake beside the window: the program's set, with progress that rises; or
+ * none, soon, if it is cancelled; or one line. */
+TEST(baker)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    char stage[64] = "";
+    double done, before = 0;
+    int seen = 0;
+    baked_set made, set;
+
+    /* Bakes of a map that takes a while. */
+    ibl_image large = sets_map(ctx, TEST_SANITIZED ? 256 : 2048, 60);
+    const view_request what = {.path = file_path("large.exr")};
+    NEED(file_save_exr(what.path, &large, NULL));
+    view_baker *b = view_baker_start(&what);
+    NEED(b);
+    for (; !view_baker_poll(b, stage, &done); before = done) {
+        CHECK_MSG(done >= before && done <= 1, "%g after %g", done, before);
+        seen += done > before;
+        pause_for(0.002);
+    }
+    CHECK_MSG(done == 1 && *stage && seen > 2, "seen to move %d times", seen);
+    NEED(view_baker_finish(b, &made) &&
+         file_run("'%s' -q large.exr --sh 4 -o same", file_built("iblbake")));
+    sets_open(ctx, "same", &set);
+    sets_check_same(&set, &made, "beside the window");
+    CHECK(!strcmp(made.source, what.path) && !made.diffuse);
+    view_set_free(&made);
+    for (int i = 0; i < 3; i++) {
+        b = view_baker_start(&what);
+        pause_for(0.005 * i * i);
+        view_test_catch();
+        CHECK(!view_baker_finish(b, NULL));
+        CHECK(!*view_test_caught());
+    }
+    NEED(file_run("echo nonsense >map.hdr"));
+    for (int i = 0; i < 2; i++) {
+        const view_request no = {.path = file_path(i ? "map.hdr" : "no.hdr")};
+        view_test_catch();
+        b = view_baker_start(&no);
+        CHECK(b && !view_baker_finish(b, &set) && !set.name);
+        const char *said = view_test_caught();
+        CHECK_MSG(sets_lines(said) == 1 && strstr(said, ".hdr: "), "%s", said);
+    }
 }

@@ -1,13 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/* The split sum: energy, every pixel against the same in double, pixel formats,
- * lights that are no part of the maps. */
+/* Spheres: every pixel of a table of states against the same in double, what is
+ * behind them, energy, pixel formats, edges and places in pixels. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "files.h"
+#include "float_exr.h"
 #include "maps.h"
 #include "shade.h"
 #include "textures.h"
+#include "view.h"
+#include "view/vector.h"
 
 enum {
     EDGE = 128, /* of pictures */
@@ -15,17 +19,16 @@ enum {
 };
 
 static shade_set *const set = &shade_sets[0], *const other = &shade_sets[1];
-static const float black[3] = {0, 0, 0}, white[3] = {1, 1, 1};
+static view_renderer *renderer;
 
-static view_settings one_sphere(const char *material, double roughness)
+static view_settings one_sphere(void)
 {
     view_settings s = view_settings_default();
 
     s.rows = s.columns = 1;
     s.metallic[0] = 1;
-    s.roughness[0] = roughness;
-    s.material = shade_material(material);
-    s.multiscatter = false;
+    s.roughness[0] = 0;
+    s.material = shade_material("white");
     return s;
 }
 
@@ -42,7 +45,7 @@ TEST(coloured_furnace)
     s.material = shade_material("white");
     for (int i = 0; i < 3; i++) {
         double worst = 0;
-        s.diffuse = (view_diffuse)(i % 2);
+        s.diffuse = (view_diffuse)i;
         s.yaw = s.turn = 35 * i;
         s.pitch = 15 * i;
         const float *picture = shade_draw(&set->set, &s);
@@ -54,127 +57,298 @@ TEST(coloured_furnace)
 
 /* ---- every pixel ------------------------------------------------------- */
 
-static void bake(ibl_roughness_map mapping, int size)
-{
-    ibl_specular_options opts = ibl_specular_options_default();
-    test_random r = {5};
-    const ibl_image map = map_of_kind(shade_ctx(), &r, MAP_SMOOTH, 128, 64);
+typedef struct state {
+    const char *what;
+    view_parts parts;
+    view_diffuse diffuse;
+    int taps;    /* of add_lobes; 0: split sum */
+    bool scaled; /* levels and irradiance, and harmonics cut off at 0 */
+    bool single, rough_fresnel;
+    bool bare; /* no harmonics */
+    bool lit;  /* by two lights and a disc */
+    bool map;  /* at hand */
+    bool own_sky;
+    view_background background;
+} state;
 
-    opts.size = size;
-    opts.mapping = mapping;
-    shade_bake(set, &map, &opts);
+/* Radiance of the map: harmonics of degree 1. */
+static double light(const double d[3], int k)
+{
+    return 2 + 0.5 * d[k] + 0.25 * d[(k + 1) % 3];
 }
 
-/* What add_lobes says that a lobe sees, of irradiance by one tap. */
-static void see_lobe(const view_settings *s, const shade_pixel *p, int taps,
-                     shade_light *light)
+static void save_map(const char *path)
 {
-    double d[3], env[3], rgb[3], sum[3] = {0};
+    enum {
+        COLUMNS = 256
+    };
+    const ibl_image map = map_constant(shade_ctx(), COLUMNS, COLUMNS / 2, 0);
 
-    for (int tap = 0; tap < 4; tap++) {
+    for (int i = 0; i < COLUMNS * COLUMNS / 2; i++) {
+        const double phi = 2 * M_PI * ((i % COLUMNS + 0.5) / COLUMNS - 0.5);
+        const double theta = 2 * M_PI * (i / COLUMNS + 0.5) / COLUMNS;
+        const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                             sin(theta) * sin(phi)};
         for (int k = 0; k < 3; k++)
-            d[k] = p->reflected[k] +
-                   (0.5 + tap / 6.0) * (p->normal[k] - p->reflected[k]);
-        view_turn(s->turn, d, env);
-        shade_cube(&set->specular, 0, env, rgb);
-        for (int k = 0; k < 3; k++)
-            sum[k] += rgb[k] / 4;
+            map.data[3 * i + k] = (float)light(d, k);
     }
-    for (int k = 0; k < 3; k++)
-        light->specular[k] = taps == 1 ? light->irradiance[k] : sum[k];
-}
-
-/* A side of the last picture against shade_split_sum, its sky against level 0.
- * taps: of lobes; 0: a plain split sum. */
-static void compare(const view_settings *s, bool side, int taps)
-{
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    float *picture = test_alloc(FLOATS, sizeof *picture);
-    const shade_pixel *pixels = shade_pixels(s);
-    double worst = 0, most = 0;
-    int seen[2] = {0};
-
-    NEED(view_renderer_read(shade_renderer(), side, picture));
-    view_grid(s, spheres);
-    for (int i = 0; i < EDGE * EDGE; i++) {
-        const shade_pixel *p = &pixels[i];
-        double env[3], rgb[3];
-        shade_light light;
-        if (p->sphere == -2 || (p->sphere >= 0 && p->n_v < 0.02))
-            continue;
-        if (p->sphere >= 0) {
-            shade_look_up(set, s, &spheres[p->sphere], p, &light);
-            if (taps)
-                see_lobe(s, p, taps, &light);
-            shade_split_sum(s, &spheres[p->sphere], &light, rgb);
-        } else {
-            const double ray[3] = {-p->view[0], -p->view[1], -p->view[2]};
-            view_turn(s->turn, ray, env);
-            shade_cube(&set->specular, 0, env, rgb);
-        }
-        seen[p->sphere >= 0]++;
-        for (int k = 0; k < 3; k++) {
-            most = fmax(most, rgb[k]);
-            worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k]));
-        }
-    }
-    CHECK(seen[0] > 500 && seen[1] > 500);
-    CHECK_MSG(worst <= 1e-4 * most, "off by %g of %g", worst, most);
-}
-
-/* Every second picture is of levels and irradiance that are scaled, and of
- * harmonics that are cut off at 0. */
-TEST(pixels_in_double)
-{
-    shade_begin(EDGE, EDGE);
-    for (int i = 0; i < 8; i++) {
-        if (i % 2 == 0)
-            bake(i % 4 ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR, 32);
-        view_settings s = view_settings_default();
-        s.material = i;
-        s.diffuse = (view_diffuse)(i / 2 % 2);
-        s.multiscatter = i / 4;
-        s.yaw = 50 * i;
-        s.pitch = 8 * i - 30;
-        s.turn = 33 * i;
-        if (i % 2) {
-            set->set.lod_scale *= 1.25;
-            set->set.lod_offset = -0.3;
-            set->set.irradiance_scale = 0.25;
-            memset(set->set.sh, 0, 3 * sizeof *set->set.sh);
-        }
-        shade_draw(&set->set, &s);
-        compare(&s, false, 0);
-    }
+    NEED(file_save_exr(path, &map, NULL));
 }
 
 /* A table of lobes for which one tap is irradiance, and four are of level 0,
  * from half way to the normal to there. */
-static void add_lobes(void)
+static void add_lobes(baked_set *to)
 {
     const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 0, 0, 0.25F}};
-    ibl_texture *t = &set->set.texture[VIEW_LOBES];
+    ibl_texture *t = &to->texture[VIEW_LOBES];
 
     *t = texture_random(shade_ctx(), IBL_PIXEL_RGBA32F, (int[]){4, 4, 1, 1}, 4);
     for (size_t i = 0; i < t->bytes / sizeof *texels; i++)
         memcpy(t->data + i * sizeof *texels, texels[i / 32], sizeof *texels);
 }
 
-/* Each side of a comparison is what its reflection says. */
-TEST(lobes_of_a_table)
+/* Adds lights to what is reflected and to irradiance / pi. */
+static void add_lights(const view_settings *s, const shade_set *by,
+                       const view_sphere *ball, const shade_pixel *p,
+                       double specular[3], double diffuse[3])
 {
-    shade_begin(EDGE, EDGE);
-    bake(IBL_ROUGHNESS_FILAMENT, 32);
-    add_lobes();
-    view_settings s = view_settings_default();
-    s.reflection = VIEW_TABLE_LOBES;
-    s.against = VIEW_FOUR_TAPS;
-    s.compare = VIEW_SPLIT;
-    s.turn = 20;
-    shade_draw(&set->set, &s);
-    compare(&s, false, 1);
-    compare(&s, true, 4);
+    for (int i = 0; i < s->light_count + by->set.light_count; i++) {
+        const bool disc = i >= s->light_count;
+        const ibl_light *sun = &by->set.light[disc ? i - s->light_count : 0];
+        double l[3], d2 = 1;
+        if (disc)
+            view_turn(-s->turn, sun->direction, l);
+        else {
+            for (int k = 0; k < 3; k++)
+                l[k] = s->light[i].position[k] - ball->centre[k] -
+                       ball->radius * p->normal[k];
+            d2 = test_dot(l, l);
+            normalise3(l);
+        }
+        const double n_l = test_dot(p->normal, l);
+        const double edge = disc ? sin(sun->radius) : 0;
+        for (int k = 0; k < 3; k++) {
+            const double e =
+                disc ? sun->irradiance[k] : s->light[i].intensity[k] / d2;
+            const double r =
+                disc ? ball->roughness : fmax(ball->roughness, 0.045);
+            specular[k] +=
+                e * ibl_disc_brdf(IBL_GEOMETRY_SMITH, r * r, ball->f0[k],
+                                  disc ? sun->radius : 0, p->normal, p->view,
+                                  l);
+            /* A part of a disc may be below. */
+            diffuse[k] += e / M_PI *
+                          (fabs(n_l) < edge ? pow(n_l + edge, 2) / (4 * edge)
+                                            : fmax(n_l, 0));
+        }
+    }
 }
+
+/* What the pixel of a sphere is. */
+static void seen(const state *is, const view_settings *s, const shade_set *by,
+                 const view_sphere *ball, const shade_pixel *p, double rgb[3])
+{
+    static const shade_lobe lobes[] = {
+        {.diffuse = 1, .taps = 1},
+        {.bend = 0.75, .half_distance = 0.25, .taps = 4}};
+    double n[3], v[3], direct[3] = {0}, diffuse[3] = {0};
+    shade_light light;
+
+    shade_look_up(by, s, ball, p, &light);
+    view_turn(s->turn, p->normal, n);
+    view_turn(s->turn, p->view, v);
+    if (is->taps)
+        shade_see(&by->specular, &lobes[is->taps > 1], n, v, light.irradiance,
+                  light.specular);
+    add_lights(s, by, ball, p, direct, diffuse);
+    for (int k = 0; k < 3; k++) {
+        const bool maps =
+            s->parts != VIEW_PARTS_AMBIENT && s->parts != VIEW_PARTS_DIRECT;
+        light.specular[k] *= maps && s->parts != VIEW_PARTS_DIFFUSE;
+        light.irradiance[k] = light.irradiance[k] * maps + diffuse[k];
+        light.irradiance[k] *= s->parts != VIEW_PARTS_SPECULAR;
+    }
+    shade_split_sum(s, ball, &light, rgb);
+    for (int k = 0; k < 3; k++)
+        rgb[k] += (s->parts != VIEW_PARTS_DIFFUSE) * direct[k] +
+                  (s->parts == VIEW_PARTS_AMBIENT
+                       ? cube_mean(&by->specular, 0, k) *
+                             (ball->albedo[k] + ball->metallic * ball->f0[k])
+                       : 0);
+}
+
+/* What a pixel without a sphere is. */
+static void behind(const view_settings *s, const shade_set *by,
+                   const shade_pixel *p, double rgb[3])
+{
+    const double ray[3] = {-p->view[0], -p->view[1], -p->view[2]};
+    const ibl_cube *cube = by->set.own_sky ? &other->specular : &by->specular;
+    double d[3], in_map[3];
+
+    view_turn(s->turn, ray, d);
+    view_turn(by->set.source_yaw, d, in_map);
+    ibl_lookup_chain(
+        cube, d,
+        s->background == VIEW_BACKGROUND_BLUR ? shade_level(&by->set, s->blur)
+        : s->background == VIEW_BACKGROUND_LEVEL ? s->background_level
+                                                 : 0,
+        rgb);
+    for (int k = 0; k < 3; k++)
+        rgb[k] = s->background == VIEW_BACKGROUND_COLOUR
+                     ? s->background_colour[k]
+                 : s->background == VIEW_BACKGROUND_TRANSPARENT ? 0
+                 : s->background == VIEW_BACKGROUND_MAP && by->set.source &&
+                         !by->set.own_sky
+                     ? light(in_map, k)
+                     : rgb[k];
+    for (int i = 0; i < by->set.light_count; i++) {
+        const ibl_light *sun = &by->set.light[i];
+        const double s2 = pow(sin(sun->radius / 2), 2);
+        for (int k = 0; k < 3 && test_dot(sun->direction, d) > 1 - 2 * s2; k++)
+            rgb[k] += sun->irradiance[k] / (4 * M_PI * s2);
+    }
+}
+
+/* The worst error of a picture, of what is larger than a percent. */
+static double compare(const state *is, const view_settings *s,
+                      const shade_set *by, const float *picture)
+{
+    view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const shade_pixel *pixels = shade_pixels(s);
+    double worst = 0;
+    int counts[2] = {0};
+
+    view_grid(s, balls);
+    for (int i = 0; i < EDGE * EDGE; i += is->lit || is->bare ? 41 : 3) {
+        const shade_pixel *p = &pixels[i];
+        double rgb[3];
+        if (p->sphere == -2 || (p->sphere >= 0 && p->n_v < 0.02))
+            continue;
+        if (p->sphere >= 0)
+            seen(is, s, by, &balls[p->sphere], p, rgb);
+        else
+            behind(s, by, p, rgb);
+        counts[p->sphere >= 0]++;
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst,
+                         fabs(picture[3 * i + k] - rgb[k]) / (rgb[k] + 0.01));
+    }
+    CHECK(counts[0] > 20 && counts[1] > 20);
+    return worst;
+}
+
+static void use(const state *is, view_settings *s, baked_set *to)
+{
+    s->parts = is->parts;
+    s->diffuse = is->diffuse;
+    s->reflection = !is->taps       ? VIEW_SPLIT_SUM
+                    : is->taps == 1 ? VIEW_TABLE_LOBES
+                                    : VIEW_FOUR_TAPS;
+    s->multiscatter = !is->single;
+    s->rough_fresnel = is->rough_fresnel;
+    s->background = is->background;
+    s->background_level = 2;
+    s->background_colour[1] = 0.5;
+    if (is->taps)
+        add_lobes(to);
+    if (is->scaled) {
+        to->lod_scale *= 1.25;
+        to->lod_offset = -0.3;
+        to->irradiance_scale = 0.25;
+        memset(to->sh, 0, 3 * sizeof *to->sh);
+    }
+    if (is->bare)
+        to->sh_degree = -1;
+    if (is->map) {
+        to->source = strdup(file_path("map.exr"));
+        to->source_read = ibl_read_options_default();
+        to->source_yaw = 130;
+    }
+    if (is->own_sky) {
+        to->own_sky = true;
+        to->texture[VIEW_SKY] = other->set.texture[VIEW_SPECULAR];
+    }
+    if (is->lit) {
+        s->roughness[0] = 0.3;
+        s->light_count = 2;
+        s->light[0] = (view_light){{3, 2, 1}, {10, 5, 2}};
+        s->light[1] = (view_light){{-6, 0, 0.5}, {3, 5, 20}};
+        to->light_count = 2; /* the second is in the sky's upper left */
+        to->light[0] = (ibl_light){.direction = {0.48, -0.64, 0.6},
+                                   .radius = 0.05,
+                                   .irradiance = {1, 2, 3}};
+        to->light[1] = (ibl_light){.radius = 0.1, .irradiance = {3, 1, 2}};
+        const view_camera c = view_camera_of(s, EDGE, EDGE);
+        double ray[3];
+        view_camera_ray(&c, EDGE, EDGE, 12, 12, ray);
+        view_turn(s->turn, ray, to->light[1].direction);
+    }
+}
+
+TEST(pixels_in_double)
+{
+    static const state states[] = {
+        {.what = "split sum"},
+        {.what = "single scattering", .single = true},
+        {.what = "harmonics", .diffuse = VIEW_DIFFUSE_SH},
+        {.what = "the last level", .diffuse = VIEW_DIFFUSE_LAST},
+        {.what = "what the engine takes", .diffuse = VIEW_DIFFUSE_AUTO},
+        {.what = "scaled", .scaled = true},
+        {.what = "cut off", .scaled = true, .diffuse = VIEW_DIFFUSE_SH},
+        {.what = "one tap", .taps = 1},
+        {.what = "four taps", .taps = 4},
+        {.what = "the tutorials' Fresnel", .rough_fresnel = true},
+        {.what = "lights", .lit = true},
+        {.what = "ambient", .parts = VIEW_PARTS_AMBIENT, .lit = true},
+        {.what = "of the map", .parts = VIEW_PARTS_AMBIENT, .bare = true},
+        {.what = "direct", .parts = VIEW_PARTS_DIRECT, .lit = true},
+        {.what = "diffuse", .parts = VIEW_PARTS_DIFFUSE, .lit = true},
+        {.what = "specular",
+         .parts = VIEW_PARTS_SPECULAR,
+         .lit = true,
+         .taps = 1},
+        {.what = "blur", .background = VIEW_BACKGROUND_BLUR},
+        {.what = "level", .background = VIEW_BACKGROUND_LEVEL},
+        {.what = "colour", .background = VIEW_BACKGROUND_COLOUR},
+        {.what = "nothing", .background = VIEW_BACKGROUND_TRANSPARENT},
+        {.what = "map", .map = true},
+        {.what = "blurred map",
+         .map = true,
+         .background = VIEW_BACKGROUND_BLUR},
+        {.what = "skybox", .map = true, .own_sky = true},
+    };
+
+    shade_begin(EDGE, EDGE);
+    save_map(file_path("map.exr"));
+    shade_kind(other, IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
+    shade_kind(set, IBL_ROUGHNESS_FILAMENT, MAP_SMOOTH);
+    for (int i = 0; i < (int)(sizeof states / sizeof *states); i++) {
+        const state *is = &states[i];
+        shade_set by = i % 2 && !is->own_sky ? *other : *set;
+        view_settings s = view_settings_default();
+        s.material = i % VIEW_MATERIALS;
+        s.yaw = 50 * i;
+        s.pitch = 8 * (i % 8) - 30;
+        s.turn = 33 * i;
+        by.set.diffuse = VIEW_DIFFUSE_SH;
+        use(is, &s, &by.set);
+        const float *picture = shade_draw(&by.set, &s);
+        if (s.diffuse == VIEW_DIFFUSE_AUTO)
+            s.diffuse = VIEW_DIFFUSE_SH;
+        const double off = compare(is, &s, &by, picture);
+        CHECK_MSG(off < (is->lit   ? 5e-3
+                         : is->map ? 2e-3
+                                   : 1e-3),
+                  "%s: off by %g", is->what, off);
+        ibl_texture_free(&by.set.texture[VIEW_LOBES]);
+        ibl_image_free(&by.set.map);
+        free(by.set.source);
+    }
+}
+
+/* ---- what is behind ------------------------------------------------------ */
+
+/* ---- formats, limits ----------------------------------------------------- */
 
 /* To half a step of theirs: relative to the pixel for floats, to the
  * largest component for RGB9E5, of whatever is brightest here. Blocks to some
@@ -190,7 +364,7 @@ TEST(near_in_all_formats)
     const view_settings s = view_settings_default();
 
     shade_begin(EDGE, EDGE);
-    bake(IBL_ROUGHNESS_FILAMENT, 64);
+    shade_kind(set, IBL_ROUGHNESS_FILAMENT, MAP_SMOOTH);
     const float *exact = shade_draw(&set->set, &s);
     for (int i = 0; i < IBL_PIXEL_COUNT; i++) {
         const bool lut = ibl_pixel_channels((ibl_pixel)i) == 2;
@@ -207,185 +381,108 @@ TEST(near_in_all_formats)
     }
 }
 
-/* A sky of its own is shown in place of level 0, and only behind. Small levels
- * of it stand for many texels in a pixel; of a specular chain they do not. */
-TEST(sky_of_its_own)
-{
-    const float red[3] = {4, 0, 0};
-
-    shade_begin(16, 16);
-    shade_constant(set, white);
-    shade_constant(other, red);
-    ibl_texture *sky = &set->set.texture[VIEW_SKY];
-    *sky = other->set.texture[VIEW_SPECULAR];
-    view_settings s = one_sphere("white", 0);
-    const float *rgb = shade_draw(&set->set, &s);
-    CHECK(rgb[0] == 4 && rgb[1] == 0);
-    for (int k = 0; k < 2; k++)
-        CHECK_NEAR(rgb[3 * (8 * 16 + 8) + k], 1, 1e-3);
-
-    ibl_cube *cube = &other->specular;
-    for (int level = 1; level < cube->levels; level++)
-        for (int i = 0; i < 18 * 1024 >> 2 * level; i++)
-            ibl_cube_face(cube, level, 0)[i] = (float)(4 + level);
-    shade_pack(other, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
-    s.distance = 900;
-    s.fov = 120;
-    /* In the middle a pixel is 2 tan(60) / 16 = 0.22 wide, a texel of 32 in a
-     * face 0.0625: 3.5 of them, nearer to level 2 than to level 1. */
-    *sky = other->set.texture[VIEW_SPECULAR];
-    CHECK(fabs(shade_draw(&set->set, &s)[3 * (16 * 8 + 4)] - 6.0) < 1);
-    *sky = (ibl_texture){0};
-    CHECK(shade_draw(&other->set, &s)[3 * (16 * 8 + 4)] == 4);
-}
-
-/* An eye in a sphere sees through it; nothing is ever not a number. */
-TEST(from_within)
-{
-    shade_begin(64, 48);
-    shade_constant(set, white);
-    view_settings s = one_sphere("gold", 0.5);
-    for (int i = 0; i < 3; i++) {
-        s.distance = i < 2 ? 0.1 + 0.349 * i : 0.4501;
-        float *picture = shade_draw(&set->set, &s);
-        for (int k = 0; k < 3 * 64 * 48; k++)
-            CHECK(i < 2 ? picture[k] == 1 : picture[k] > 0 && picture[k] <= 1);
-    }
-}
-
-/* ---- lights ------------------------------------------------------------- */
-
-/* Distance, back sides, all roughnesses, metals and others. */
-TEST(two_lights)
-{
-    view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    double worst = 0;
-
-    shade_begin(EDGE, EDGE);
-    shade_constant(set, black);
-    view_settings s = view_settings_default();
-    s.light_count = 2;
-    s.light[0] = (view_light){{3, 2, 1}, {10, 5, 2}};
-    s.light[1] = (view_light){{-6, 0, 0.5}, {3, 5, 20}};
-    view_grid(&s, balls);
-    const float *picture = shade_draw(&set->set, &s);
-    const shade_pixel *pixels = shade_pixels(&s);
-    for (int at = 0; at < EDGE * EDGE; at++) {
-        const shade_pixel *p = &pixels[at];
-        const view_sphere *ball = &balls[p->sphere < 0 ? 0 : p->sphere];
-        shade_light light = {.specular = {0}};
-        double direct[3] = {0}, rgb[3];
-        if (p->sphere < 0 || p->n_v < 0.02)
-            continue;
-        for (int i = 0; i < 2; i++) {
-            double l[3];
-            for (int k = 0; k < 3; k++)
-                l[k] = s.light[i].position[k] - ball->centre[k] -
-                       ball->radius * p->normal[k];
-            const double d2 = test_dot(l, l);
-            for (int k = 0; k < 3; k++)
-                l[k] /= sqrt(d2);
-            const double n_l = fmax(test_dot(p->normal, l), 0);
-            const double alpha = pow(fmax(ball->roughness, 0.045), 2);
-            for (int k = 0; k < 3; k++) {
-                const double e = s.light[i].intensity[k] / d2;
-                direct[k] +=
-                    e * ibl_disc_brdf(IBL_GEOMETRY_SMITH, alpha, ball->f0[k], 0,
-                                      p->normal, p->view, l);
-                light.irradiance[k] += e * n_l / M_PI;
-            }
-        }
-        ibl_lookup_lut(&set->lut, p->n_v, ball->roughness, light.table);
-        shade_split_sum(&s, ball, &light, rgb);
-        for (int k = 0; k < 3; k++)
-            worst = fmax(worst, fabs(picture[3 * at + k] - rgb[k] - direct[k]) /
-                                    (rgb[k] + direct[k] + 0.01));
-    }
-    CHECK_MSG(worst < 2e-3, "off by %g", worst);
-}
-
-static double power_of(const float *rgb, const view_settings *s)
-{
-    const view_camera c = view_camera_of(s, EDGE, EDGE);
-    const double area = 4 * test_dot(c.right, c.right) / ((double)EDGE * EDGE);
-    double sum = 0, ray[3];
-
-    for (int i = 0; i < EDGE * EDGE; i++) {
-        view_camera_ray(&c, EDGE, EDGE, i % EDGE, i / EDGE, ray);
-        sum += rgb[3 * i] * area * pow(test_dot(ray, c.forward), 3);
-    }
-    return sum;
-}
-
-/* A disc of the set, in a dark environment that is turned: as a point light
- * that is far away, and in the sky with its irradiance, unless a skybox has
- * it. */
-TEST(discs_of_the_set)
-{
-    const double to[3] = {0.48, 0.64, 0.6}, far = 1e6;
-    double worst = 0;
-
-    shade_begin(EDGE, EDGE);
-    shade_constant(set, black);
-    view_settings s = view_settings_default();
-    s.roughness[0] = 0.3;
-    s.turn = 33;
-    s.sky = false;
-    s.light_count = 1;
-    for (int k = 0; k < 3; k++) {
-        s.light[0].position[k] = far * to[k];
-        s.light[0].intensity[k] = (k + 1) * far * far;
-    }
-    const float *point = shade_draw(&set->set, &s);
-    s.light_count = 0;
-    set->set.light_count = 1;
-    set->set.light[0] = (ibl_light){.radius = 1e-4, .irradiance = {1, 2, 3}};
-    view_turn(s.turn, to, set->set.light[0].direction);
-    const float *disc = shade_draw(&set->set, &s);
-    for (int i = 0; i < FLOATS; i++)
-        worst = fmax(worst, fabs(disc[i] - point[i]) / (point[i] + 0.01));
-    CHECK_MSG(worst < 5e-3, "off by %g", worst);
-
-    s.sky = true;
-    s.yaw = atan2(-to[0], -to[2]) * 180 / acos(-1.0);
-    s.pitch = -asin(to[1]) * 180 / acos(-1.0);
-    s.distance = 1000;
-    s.fov = 20;
-    set->set.light[0].radius = 0.1;
-    double power = power_of(shade_draw(&set->set, &s), &s);
-    CHECK_NEAR(power, 1, 0.02);
-    set->set.texture[VIEW_SKY] = set->set.texture[VIEW_SPECULAR];
-    power = power_of(shade_draw(&set->set, &s), &s);
-    CHECK_NEAR(power, 0, 1e-3);
-    set->set.texture[VIEW_SKY] = (ibl_texture){0};
-}
-
-/* Smooth mirrors, grazing views, lights in and on spheres: all finite. */
+/* Smooth mirrors, grazing views, lights in and on spheres, an eye within: all
+ * finite. */
 TEST(everything_is_finite)
 {
-    const float bright[3] = {65504, 0, 1e-7f};
+    view_settings s = view_settings_default();
 
     shade_begin(EDGE, EDGE);
-    shade_constant(set, bright);
-    view_settings s = view_settings_default();
-    s.light_count = VIEW_MAX_LIGHTS;
-    set->set.light_count = 4;
-    for (int i = 0; i < 4; i++)
-        set->set.light[i] = (ibl_light){.direction = {0.6 * (i / 2), 0.8, 0},
+    shade_constant(set, (const float[]){65504, 0, 1e-7f});
+    set->set.light_count = s.light_count = 3;
+    for (int i = 0; i < 3; i++) {
+        set->set.light[i] = (ibl_light){.direction = {0.6 * (i - 1), 0.8, 0},
                                         .radius = i % 2 ? 0.0047 : 0.1,
                                         .irradiance = {1, 1e5, 3}};
-    set->set.light[0].direction[2] = -0.6;
-    set->set.light[1].direction[2] = 0.6;
-    for (int i = 0; i < 2; i++) {
-        s.multiscatter = i;
+        s.light[i] = (view_light){{i == 1, i == 2 ? 1e6 : 0, i ? 0 : 0.45},
+                                  {1e12, 1, 0}};
+    }
+    for (int i = 0; i < 4; i++) {
+        s.rough_fresnel = i == 3;
         s.yaw = 80 * i;
-        s.light[0] = (view_light){{0, 0, 0.45}, {1, 1, 1}};
-        s.light[1] = (view_light){{1, 0, 0}, {1e6, 1, 0}};
-        s.light[2] = (view_light){{0, 1e6, 0}, {1e12, 1e12, 1e12}};
-        float *picture = shade_draw(&set->set, &s);
+        s.distance = 0.3 * i;
+        const float *picture = shade_draw(&set->set, &s);
         int wrong = 0;
         for (int k = 0; k < FLOATS; k++)
             wrong += !(picture[k] >= 0) || isinf(picture[k]);
-        CHECK_MSG(!wrong, "%d values", wrong);
+        CHECK_MSG(!wrong, "%d: %d values", i, wrong);
     }
+}
+
+/* ---- edges and places ---------------------------------------------------- */
+
+enum {
+    WIDTH = 48,
+    HEIGHT = 40
+};
+
+/* White spheres on nothing, some before others: a pixel is the part of it that
+ * they cover, by 32 x 32 rays, but for where outlines cross; so is its alpha.
+ */
+TEST(edges_by_area)
+{
+    enum {
+        N = 32
+    };
+    static float alpha[WIDTH * HEIGHT];
+    static const double most[] = {0, 0.16, 0.1, 0.05, 0.04};
+
+    shade_begin(WIDTH, HEIGHT);
+    shade_constant(set, (const float[]){0.5F, 0.5F, 0.5F});
+    for (int n = 1; n <= 4; n++) {
+        view_settings s = one_sphere();
+        view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
+        double sum = 0, all = 0, worst = 0;
+        s.antialias = n;
+        s.background = VIEW_BACKGROUND_TRANSPARENT;
+        s.rows = s.columns = 2;
+        s.yaw = 25;
+        s.pitch = -20;
+        s.fov = 60;
+        const view_camera c = view_camera_of(&s, WIDTH, HEIGHT);
+        const int count = view_grid(&s, balls);
+        const float *rgb = shade_draw(&set->set, &s);
+        /* Of the texture that was read. */
+        gl.GetTexImage(GL_TEXTURE_2D, 0, GL_ALPHA, GL_FLOAT, alpha);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            int hits = 0;
+            for (int k = 0; k < N * N; k++) {
+                double d[3];
+                view_camera_ray(&c, WIDTH, HEIGHT,
+                                i % WIDTH + (k % N + 0.5) / N - 0.5,
+                                i / WIDTH + (k / N + 0.5) / N - 0.5, d);
+                hits += view_grid_hit(balls, count, c.eye, d, NULL) >= 0;
+            }
+            const double part = hits / (double)(N * N);
+            sum += rgb[3 * i] / 0.5;
+            all += part;
+            worst = fmax(worst, fabs(rgb[3 * i] / 0.5 - part));
+            CHECK_NEAR(alpha[(HEIGHT - 1 - i / WIDTH) * WIDTH + i % WIDTH],
+                       rgb[3 * i] / 0.5, 1e-5);
+        }
+        CHECK_MSG(worst < most[n], "%d: %g", n, worst);
+        CHECK_NEAR(sum / all, 1, 2e-3);
+    }
+}
+
+/* The more places, the nearer to what very many give; narrow lobes are widened
+ * to what a place stands for. */
+TEST(places_converge)
+{
+    view_settings s = one_sphere();
+    double off[4] = {0};
+
+    renderer = shade_begin(WIDTH, HEIGHT);
+    shade_kind(set, IBL_ROUGHNESS_LINEAR, MAP_NOISE);
+    s.antialias = VIEW_MAX_ANTIALIAS;
+    const float *exact = shade_draw(&set->set, &s);
+    for (int n = 1; n <= 3; n++) {
+        s.antialias = n;
+        const float *rgb = shade_draw(&set->set, &s);
+        CHECK(view_renderer_complete(renderer));
+        for (int i = 0; i < 3 * WIDTH * HEIGHT; i++)
+            off[n] += fabs((double)rgb[i] - exact[i]);
+    }
+    CHECK_MSG(off[2] < 0.305 * off[1] && off[3] < off[2], "%g, %g, %g", off[1],
+              off[2], off[3]);
 }

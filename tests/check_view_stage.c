@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* --mode scene: its probe follows what moves within the interval, at once or a
- * face at a time, and settings change the picture. */
+/* --mode scene: its probe follows what moves within the interval; captures that
+ * end, a model in the room, and places in pixels. */
 #include "room.h"
 #include "sets.h"
+#include "shade.h"
 #include "view.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/scene_captures.h"
+#include "view/room.h"
 
 enum {
     WIDTH = 96,
@@ -93,33 +94,6 @@ TEST(follows_within_the_interval)
     CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
 }
 
-/* A face at a time it takes many frames, which all show the last whole one,
- * and then gives what all at once gives. */
-TEST(is_spread_over_frames)
-{
-    int frames = 1;
-
-    begin();
-    draw(0);
-    on.s.probe_faces = 1;
-    draw(1);
-    for (; frames < 200 && view_scene_state_of(on.stage)->shown < 1; frames++) {
-        CHECK(frames < 2 || !memcmp(rgb, before, sizeof rgb));
-        draw(1);
-    }
-    CHECK_MSG(frames > 12 && frames < 200, "%d", frames);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
-    draw(1);
-    float spread[FLOATS];
-    memcpy(spread, rgb, sizeof spread);
-    view_scene_use(on.stage, NULL);
-    draw(0);
-    on.s.probe_faces = 0;
-    draw(1);
-    memcpy(before, spread, sizeof spread);
-    CHECK_MSG(changed() < 1e-6, "%g", changed());
-}
-
 static PFNGLCLEARPROC real_clear;
 static int pictures;
 
@@ -145,67 +119,11 @@ TEST_SLOW(light_bounces_three_times)
         draw(1);
         CHECK(pictures == all + 1);
     }
-    /* So with each setting by which light is another. */
-    on.s.probes = 0;
-    draw(1);
-    bool *const switches[] = {&on.s.parallax, &on.s.blend,
-                              &on.s.capture_shadows};
-    for (int i = 0; i < 4; i++) {
-        if (i < 3)
-            *switches[i] = !*switches[i];
-        else
-            on.s.turn = 15;
-        pictures = 0;
-        draw(1);
-        CHECK_MSG(pictures == 6 * 3 + 1, "setting %d: %d", i, pictures);
-    }
     gl.Clear = real_clear;
 }
 
-/* Of a volume that goes beyond the walls wires are in the room. */
-TEST(wires_are_seen)
-{
-    begin();
-    on.s.volumes = true;
-    on.s.fov = 100;
-    draw(1);
-    int count = 0;
-    for (int i = 0; i < FLOATS; i += 3)
-        count += !memcmp(rgb + i, view_volumes_influence,
-                         sizeof view_volumes_influence);
-    CHECK_MSG(count > 50, "%d", count);
-}
-
-/* A sun through the windows is seen in captures with its shadows or without,
- * which make no difference where there is none. */
-TEST(sun_counts)
-{
-    view_frame *f = &on.environment.frame;
-
-    begin();
-    draw(1);
-    on.s.capture_shadows = false;
-    draw(1);
-    CHECK(!memcmp(rgb, before, sizeof rgb));
-    memcpy(f->disc_direction[0], (float[3]){-0.64F, 0.48F, 0.6F}, 12);
-    memcpy(f->disc_irradiance[0], (float[3]){6, 5, 4}, 12);
-    f->reflection[2] = 1;
-    view_scene_use(on.stage, NULL);
-    draw(1);
-    CHECK_MSG(changed() > 0.03, "without shadows: %g", changed());
-    on.s.capture_shadows = true;
-    draw(1);
-    CHECK_MSG(changed() > 0.03, "with them: %g", changed());
-    double sum[2] = {0};
-    for (int i = 0; i < FLOATS; i++) {
-        sum[0] += (double)before[i];
-        sum[1] += (double)rgb[i];
-    }
-    CHECK_MSG(sum[1] < 0.95 * sum[0], "%g, %g", sum[1], sum[0]);
-}
-
 /* With local probes, which do not, the mirror shows what moves, too. Its probe
- * is before those, or where it is told to be; without them it is as before. */
+ * is before those; without them it is as before. */
 TEST_SLOW(moves_among_locals)
 {
     float alone[FLOATS];
@@ -223,11 +141,6 @@ TEST_SLOW(moves_among_locals)
     draw(0);
     memcpy(before, alone, sizeof alone);
     CHECK_MSG(changed() < 1e-6, "%g", changed());
-    on.s.probes = 4;
-    on.s.mirror_priority = -3;
-    view_scene_use(on.stage, NULL);
-    draw(0);
-    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == -3);
 }
 
 /* Of the texels of a local probe's cube those that have not the alpha of what a
@@ -286,56 +199,114 @@ TEST_SLOW(limited_captures)
     CHECK(drawn->dynamic.probe->priority == -1);
 }
 
-/* Frames until an update is shown, each with a probe more than the one before,
- * or all of them where there were all. */
-static int frames_of_update(bool all)
-{
-    const int updates = view_scene_state_of(on.stage)->updates;
-    int frames = 0;
-
-    while (view_scene_state_of(on.stage)->updates == updates && frames < 99) {
-        draw(1);
-        frames++;
-        const int count = view_scene_state_of(on.stage)->draw.locals.count;
-        CHECK_MSG(count == (all ? on.s.probes : frames), "%d", count);
-    }
-    return frames;
-}
-
-/* What is then shown is what is captured at once. */
+/* Spread over frames, each has a probe more than the one before, and then what
+ * is shown is what is captured at once; another change begins anew. */
 TEST_SLOW(locals_are_spread_over_frames)
 {
-    float first[FLOATS], turned[FLOATS];
+    float first[FLOATS];
 
     begin();
     on.s.probes = 5;
     draw(1);
     memcpy(first, rgb, sizeof first);
-    on.s.parallax = false;
-    draw(1);
-    memcpy(turned, rgb, sizeof turned);
     on.s.spread = true;
-    on.s.parallax = true;
-    CHECK(frames_of_update(true) == 5);
-    CHECK(!memcmp(rgb, first, sizeof first));
-    on.s.probes = 4;
-    draw(1);
-    on.s.probes = 5;
-    CHECK(frames_of_update(false) == 5);
-    CHECK(!memcmp(rgb, first, sizeof first));
-    /* Another change begins anew, and a picture waits for nothing. */
-    on.s.parallax = false;
-    draw(1);
-    draw(1);
-    CHECK(memcmp(rgb, turned, sizeof turned));
-    on.s.parallax = true;
-    CHECK(frames_of_update(true) == 5);
-    CHECK(!memcmp(rgb, first, sizeof first));
-    on.s.parallax = false;
-    draw(1);
+    for (int again = 0; again < 2; again++) {
+        int frames = 0;
+        on.s.probes = 4;
+        draw(1);
+        on.s.probes = 5;
+        const int updates = view_scene_state_of(on.stage)->updates;
+        for (; frames < 99 && view_scene_state_of(on.stage)->updates == updates;
+             frames++) {
+            draw(1);
+            CHECK(view_scene_state_of(on.stage)->draw.locals.count ==
+                  frames + 1);
+        }
+        CHECK_MSG(frames == 5 && !memcmp(rgb, first, sizeof first), "%d",
+                  frames);
+        on.s.parallax = VIEW_PARALLAX_NONE;
+        draw(1);
+        on.s.parallax = VIEW_PARALLAX_BOX;
+    }
+    on.s.parallax = VIEW_PARALLAX_NONE;
     on.s.spread = false;
     draw(1);
-    CHECK(!memcmp(rgb, turned, sizeof turned));
+    CHECK(memcmp(rgb, first, sizeof first));
+}
+
+/* ---- what stands in place of the mirror -----------------------------------
+ */
+
+/* A ball of the height of the mirror's top stands on the floor; captures, and
+ * so the light of the rest, are as if nothing was there. */
+TEST(a_model_stands_in_the_room)
+{
+    const size_t cube = (size_t)4 * IBL_FACES * 32 * 32;
+    const view_room_draw *d = NULL;
+    const float *seen[2];
+    int bad = 0, ball = 0;
+
+    begin();
+    on.guest = view_model_ball();
+    NEED(on.guest);
+    for (int i = 0; i < 2; i++) {
+        draw(1);
+        d = &view_scene_state_of(on.stage)->draw;
+        seen[i] = room_cubes_read(d->dynamic.specular, 2, 0, 32) +
+                  cube * d->dynamic.probe->layer;
+        CHECK(d->mirror == i && (d->guest == NULL) == i);
+        view_model_free(on.guest);
+        on.guest = NULL;
+    }
+    CHECK(!memcmp(seen[0], seen[1], cube * sizeof *seen[0]));
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double ray[3], to[3];
+        view_camera_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        for (int k = 0; k < 3; k++)
+            to[k] = (k == 1 ? 0.75 : 0) - d->camera.eye[k];
+        const double along = test_dot(to, ray);
+        const double miss = sqrt(test_dot(to, to) - along * along) - 0.75;
+        const room_hit h = room_cast(d, d->camera.eye, ray);
+        if (fabs(miss) < 0.05 || h.what == VIEW_ROOM_BOXES)
+            continue;
+        ball += miss < 0;
+        bad += (memcmp(before + 3 * i, rgb + 3 * i, 12) != 0) != (miss < 0);
+    }
+    CHECK_MSG(ball > 20 && bad < 9, "%d, %d", ball, bad);
+}
+
+/* ---- for the user interface ------------------------------------------------
+ */
+
+/* The probe under a pixel is that with most weight where a ray meets the room.
+ */
+TEST(probe_under_a_pixel)
+{
+    double w[IBL_MAX_PROBES + 2];
+    int named[6] = {0};
+
+    begin();
+    on.s.probes = 4;
+    on.s.fov = 110;
+    draw(1);
+    const view_room_draw *d = &view_scene_state_of(on.stage)->draw;
+    for (int i = 0; i < WIDTH * HEIGHT; i += 5) {
+        double ray[3];
+        int best = 5;
+        view_camera_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        const room_hit h = room_cast(d, d->camera.eye, ray);
+        const int probe = view_scene_probe_at(on.stage, &on.s, WIDTH, HEIGHT,
+                                              i % WIDTH, i / WIDTH, w);
+        CHECK((h.what < 0) == (probe == VIEW_SCENE_NOWHERE));
+        if (h.what < 0)
+            continue;
+        view_room_weights(d, h.point, w);
+        for (int p = 0; p < 5; p++)
+            best = w[p] > w[best] ? p : best;
+        CHECK(probe == (best == 5 ? -1 : best));
+        named[best]++;
+    }
+    CHECK(named[0] && named[1] && named[2] && named[3] && named[4]);
 }
 
 TEST(camera_stays_inside)
@@ -350,4 +321,71 @@ TEST(camera_stays_inside)
                 CHECK(fabs(c.eye[k] - view_room_centre[k]) <
                       view_room_half[k] - 0.1);
         }
+}
+
+/* ---- through the renderer --------------------------------------------------
+ */
+
+/* Of a set whose faces have a colour each, a mirror shows only these colours
+ * with seams, and mixes of two without. */
+TEST(seams)
+{
+    static const float rgb0[3] = {1, 1, 1};
+    shade_set *set = &shade_sets[0];
+    int mixed[2] = {0};
+
+    shade_begin(WIDTH, HEIGHT);
+    shade_constant(set, rgb0);
+    shade_constant(&shade_sets[1], rgb0);
+    for (int l = 0; l < set->specular.levels; l++) {
+        const int n = ibl_cube_edge(set->specular.size, l);
+        for (int i = 0; i < 3 * IBL_FACES * n * n; i++)
+            ibl_cube_face(&set->specular, l, 0)[i] =
+                (float)(1 + i / (3 * n * n));
+    }
+    shade_pack(set, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
+    view_settings s = view_settings_default();
+    s.reflection = VIEW_SPLIT_SUM;
+    s.multiscatter = false;
+    s.rows = s.columns = s.antialias = 1;
+    s.metallic[0] = s.roughness[0] = 1;
+    for (int i = 0; i < 2; i++) {
+        s.seams = i;
+        const float *white = shade_draw(&shade_sets[1].set, &s);
+        const float *p = shade_draw(&set->set, &s);
+        for (int y = HEIGHT / 2 - 12; y < HEIGHT / 2 + 12; y++)
+            for (int x = WIDTH / 2 - 12; x < WIDTH / 2 + 12; x++) {
+                const int k = 3 * (y * WIDTH + x);
+                const float face = p[k] / white[k];
+                mixed[i] += fabsf(face - roundf(face)) > 0.02F;
+            }
+    }
+    CHECK_MSG(mixed[0] > 20 && !mixed[1], "%d, %d", mixed[0], mixed[1]);
+}
+
+/* While time stands still places in the pixels are added, and then the picture
+ * stays; another time begins anew. */
+TEST(places_while_time_stands)
+{
+    static const float grey[3] = {0.5F, 0.5F, 0.5F};
+    view_settings s = view_settings_default();
+    view_renderer *r = shade_begin(WIDTH, HEIGHT);
+    const float *last = NULL;
+
+    shade_constant(&shade_sets[0], grey);
+    NEED(view_renderer_load(r, &shade_sets[0].set));
+    s.mode = VIEW_SCENE;
+    s.antialias = 2;
+    s.probe_size = 16;
+    for (int i = 0; i < 9; i++) {
+        s.seconds = i < 5 ? 0 : 1;
+        NEED(view_test_draw(r, &s, WIDTH, HEIGHT));
+        CHECK_MSG(view_renderer_complete(r) == (i % 5 >= 3), "draw %d", i);
+        float *now = test_alloc(FLOATS, sizeof *now);
+        NEED(view_renderer_read(r, 0, now));
+        if (i == 1 || i == 5)
+            CHECK(memcmp(now, last, FLOATS * sizeof *now));
+        CHECK(i != 4 || !memcmp(now, last, FLOATS * sizeof *now));
+        last = now;
+    }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Frames of the window when all has been seen once: none of our own code asks
- * for memory, nothing is made, uploaded, compiled or looked up by name, and a
+ * for memory, nothing is made or compiled, and a
  * program is used once for what it draws. The linker puts the functions below
  * before those of the C library for our own objects, not for OpenGL's. */
 #define _DEFAULT_SOURCE /* malloc_trim */
@@ -17,6 +17,8 @@
 #include "test.h"
 #include "view.h"
 #include "view/app.h"
+#include "view/labels.h"
+#include "view/ui.h"
 
 enum {
     WIDTH = 64,
@@ -65,12 +67,7 @@ COUNT_GL(makings, void, TexImage3D,
           GLsizei z, GLint border, GLenum format, GLenum type,
           const void *texels),
          (target, level, internal, x, y, z, border, format, type, texels))
-COUNT_GL(makings, void, BufferData,
-         (GLenum target, GLsizeiptr size, const void *data, GLenum usage),
-         (target, size, data, usage))
 COUNT_GL(makings, GLuint, CreateShader, (GLenum type), (type))
-COUNT_GL(makings, GLint, GetUniformLocation,
-         (GLuint program, const GLchar *name), (program, name))
 COUNT_GL(uses, void, UseProgram, (GLuint program), (program))
 
 static void count_calls(void)
@@ -80,9 +77,7 @@ static void count_calls(void)
     gl.GenBuffers = count_GenBuffers;
     gl.TexImage2D = count_TexImage2D;
     gl.TexImage3D = count_TexImage3D;
-    gl.BufferData = count_BufferData;
     gl.CreateShader = count_CreateShader;
-    gl.GetUniformLocation = count_GetUniformLocation;
     gl.UseProgram = count_UseProgram;
 }
 
@@ -94,37 +89,34 @@ static view_options options;
 static void end(void *unused)
 {
     (void)unused;
-    view_overlay_free(app.overlay);
-    view_renderer_free(app.renderer);
+    view_app_end(&app);
+    view_ui_free();
 }
 
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     view_test_app(&app, &options, WIDTH, HEIGHT);
-    app.settings.probe_size = 16;
+    app.side[0].probe_size = 16;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
     test_defer(end, NULL);
     count_calls();
-    app.renderer = view_renderer_create();
-    app.overlay = view_overlay_create();
-    NEED(view_renderer_load(app.renderer, app.set));
+    NEED(view_ui_make(1) && view_app_make(&app) &&
+         view_renderer_load(app.renderer, app.set));
 }
 
-/* As app.c draws one, a sixtieth of a second after the last. */
+/* A sixtieth of a second after the last. */
 static bool frame(void)
 {
-    app.settings.seconds += 1.0 / 60;
-    if (!view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT))
+    app.side[0].seconds += 1.0 / 60;
+    if (!view_app_draw(&app, true))
         return false;
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_window_text(&app);
+    view_labels_draw(&app);
     gl.Finish();
-    view_app_title(&app);
     return true;
 }
 
-/* Frames by app.settings; most: programs that one uses. */
+/* Frames by app.side; most: programs that one uses. */
 static void stay(const char *what, int most)
 {
     for (int i = 0; i < WARM; i++)
@@ -147,14 +139,14 @@ TEST(spheres_and_maps)
 {
     begin();
     stay("spheres", 4);
-    app.settings.light_count = VIEW_MAX_LIGHTS;
-    app.settings.false_colour = true;
+    app.side[0].light_count = VIEW_MAX_LIGHTS;
+    app.side[0].false_colour = true;
     stay("lights and false colours", 4);
-    app.settings.help = true;
+    app.help = true;
     view_app_notice(&app, "a notice");
     stay("list of keys", 4);
     for (int mode = VIEW_LEVELS; mode <= VIEW_TABLE; mode++) {
-        app.settings.mode = (view_mode)mode;
+        app.side[0].mode = (view_mode)mode;
         stay(view_mode_names[mode], 3);
     }
 }
@@ -163,23 +155,21 @@ TEST(spheres_and_maps)
 TEST(reference)
 {
     begin();
-    app.settings.compare = VIEW_DIFFERENCE;
+    app.side[0].compare = VIEW_DIFFERENCE;
     stay("reference", 1000);
 }
 
-/* With a capture in each frame, all of it or a face. */
+/* With a capture in each frame, or none. */
 TEST(scene)
 {
     begin();
-    app.settings.mode = VIEW_SCENE;
-    app.settings.probe_interval = 0;
-    app.settings.probes = 1;
+    app.side[0].mode = VIEW_SCENE;
+    app.side[0].probe_interval = 0;
+    app.side[0].probes = 1;
     stay("scene, captured whole", 1000);
-    app.settings.probe_faces = 1;
-    stay("scene, a face at a time", 1000);
-    app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
+    app.side[0].probe_capture = VIEW_PROBE_PARABOLOIDS;
     stay("scene, paraboloids", 1000);
-    app.settings.probe_interval = 1000;
+    app.side[0].probe_interval = 1000;
     stay("scene, no capture", 20);
 }
 
@@ -196,7 +186,7 @@ TEST(counted)
     CHECK(allocations == 2);
     begin();
     makings = uses = 0;
-    app.settings.mode = VIEW_SCENE;
+    app.side[0].mode = VIEW_SCENE;
     CHECK(frame() && makings > 0 && uses > 0);
 }
 
@@ -285,10 +275,7 @@ TEST(soak)
         NEED(bake_once(&map, path, &set));
         s.turn = i;
         NEED(view_renderer_load(r, &set) &&
-             view_renderer_draw(r, &s, WIDTH, HEIGHT));
-        unsigned char *rgb = view_renderer_picture(r);
-        CHECK(rgb);
-        free(rgb);
+             view_test_draw(r, &s, WIDTH, HEIGHT));
         view_set_free(&set);
         if (i == rounds / 10 + 20)
             first = now_used();

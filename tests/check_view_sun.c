@@ -16,43 +16,6 @@ enum {
     FEW = 2 /* pixels */
 };
 
-/* Of the world, for a turn of 0. */
-static ibl_light sun_at(double x, double y, double z)
-{
-    ibl_light sun = {.direction = {x, y, z}, .irradiance = {6, 5, 3}};
-
-    normalise3(sun.direction);
-    return sun;
-}
-
-static void set_lights(view_room_draw *d, const ibl_light *light, int count)
-{
-    view_frame *f = &d->environment.frame;
-
-    f->reflection[2] = count;
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++) {
-            f->disc_direction[i][k] = (float)light[i].direction[k];
-            f->disc_irradiance[i][k] = (float)light[i].irradiance[k];
-        }
-}
-
-static view_room_draw sunny_draw(const view_camera *camera,
-                                 const ibl_light *sun)
-{
-    static const ibl_probe all = {.influence = {.half = {20, 20, 20}}};
-    view_room_draw d = lit_draw(camera);
-
-    set_lights(&d, sun, 1);
-    /* One probe has all, so that nothing is taken off what is white. */
-    d.dynamic = (view_probe_maps){.count = 1,
-                                  .probe = &all,
-                                  .specular = lit.white_layer,
-                                  .irradiance = lit.white_layer,
-                                  .irradiance_scale = 1};
-    return d;
-}
-
 /* Whether a point is in a box: such have no light. */
 static bool is_inside(const double p[3])
 {
@@ -188,119 +151,60 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
     }
 }
 
-/* Whole pictures: boxes, spheres that move from one to the next, the sun where
- * it comes through these or those windows, or from above. */
+/* Whole pictures: the sun where it comes through these or those windows, or
+ * from above; spheres that move take their shadow along, or have none where
+ * they are not drawn; the sun turns with the environment. */
 TEST_SLOW(shadows_are_those_of_rays)
 {
     static const struct {
         double eye[3], at[3], sun[3], seconds, turn;
+        bool still;
     } views[] = {
-        {{3.4, 2.3, 4.6}, {-0.8, 0.6, -1}, {-0.8, 0.5, 0.55}, 0, 0},
-        {{4.5, 1.8, -1.3}, {-3, 0.2, 0.4}, {-0.9, 0.2, 0.1}, 1.7, 0},
-        {{0.2, 3.8, 0.3}, {0.3, 0, 0.1}, {-0.4, 0.35, 0.8}, 3.1, 70},
-        {{4, 3, -4}, {-1, 0.6, 2}, {-0.35, 0.3, 0.7}, 6.9, -30},
-        {{-9, 5, 8}, {0, 1, 0}, {-0.3, 0.8, 0.5}, 4.4, 0}, /* from outside */
+        {{3.4, 2.3, 4.6}, {-0.8, 0.6, -1}, {-0.8, 0.5, 0.55}, 0, 0, false},
+        {{0.2, 3.8, 0.3}, {0.3, 0, 0.1}, {-0.4, 0.35, 0.8}, 3.1, 70, false},
+        {{-9, 5, 8}, {0, 1, 0}, {-0.3, 0.8, 0.5}, 4.4, 0, false},
+        /* on the mirror, before which another sphere comes */
+        {{1.5, 2.8, 0.5}, {3.3, 0, -1.7}, {-5, 1.1, 2.5}, 1.6, 0, false},
+        {{1.5, 2.8, 0.5}, {3.3, 0, -1.7}, {-5, 1.1, 2.5}, 1.6, 0, true},
     };
+    static const ibl_probe all = {.influence = {.half = {20, 20, 20}}};
+    int lit_by[sizeof views / sizeof *views];
+    counts n;
 
     lit_begin(WIDTH, HEIGHT);
     for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
         const view_camera c =
             room_camera(views[v].eye, views[v].at, 70, WIDTH, HEIGHT);
-        ibl_light sun =
-            sun_at(views[v].sun[0], views[v].sun[1], views[v].sun[2]);
-        double world[3];
-        counts n;
-        memcpy(world, sun.direction, sizeof world);
-        view_turn(views[v].turn, world, sun.direction);
-        view_room_draw d = sunny_draw(&c, &sun);
+        view_room_draw d = lit_draw(&c);
+        view_frame *f = &d.environment.frame;
+        double world[3], sun[3];
+        memcpy(world, views[v].sun, sizeof world);
+        normalise3(world);
+        view_turn(views[v].turn, world, sun);
+        f->reflection[2] = 1;
+        for (int k = 0; k < 3; k++) {
+            f->disc_direction[0][k] = (float)sun[k];
+            f->disc_irradiance[0][k] = (float)(6 - 1.5 * k);
+        }
+        /* One probe has all, so that nothing is taken off what is white. */
+        d.dynamic = (view_probe_maps){.count = 1,
+                                      .probe = &all,
+                                      .specular = lit.white_layer,
+                                      .irradiance = lit.white_layer,
+                                      .irradiance_scale = 1};
+        d.moving = !views[v].still;
         d.seconds = views[v].seconds;
         d.environment.turn = views[v].turn;
-        for (int shadows = 1; shadows >= 0; shadows--) {
+        for (int shadows = 0; shadows < 2; shadows++) {
             d.shadows = shadows;
             count_pixels(&c, &d, 0.004, &n);
-            CHECK_MSG(n.bad == 0 && n.lit > 300 && (n.dark > 100 || !shadows) &&
-                          n.unsure < 2000,
+            CHECK_MSG(n.bad <= (v > 2 ? FEW : 0) && n.lit > 300 &&
+                          (n.dark > 100 || !shadows) && n.unsure < 2000,
                       "view %zu, shadows %d: %d wrong, %d lit, %d dark, "
                       "%d unsure",
                       v, shadows, n.bad, n.lit, n.dark, n.unsure);
         }
+        lit_by[v] = n.lit;
     }
-}
-
-/* From one draw to the next only one thing is another: what moves takes its
- * shadow along, or has none where it is not drawn, and the sun turns with the
- * environment. */
-TEST_SLOW(shadows_follow)
-{
-    static const struct {
-        double seconds, turn;
-        bool still;
-    } draws[] = {
-        {4, 0, false},  {1.6, 0, false}, {1.6, 0, true},
-        {1.6, 9, true}, {1.6, 9, false}, {6, 9, false},
-    };
-    const double eye[3] = {1.5, 2.8, 0.5}, at[3] = {3.3, 0, -1.7};
-    int sunlit[sizeof draws / sizeof *draws];
-
-    lit_begin(WIDTH, HEIGHT);
-    /* Through a window on the mirror, before which another sphere comes. */
-    const ibl_light sun = sun_at(-5, 1.1, 2.5);
-    const view_camera c = room_camera(eye, at, 80, WIDTH, HEIGHT);
-    view_room_draw d = sunny_draw(&c, &sun);
-    for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
-        counts n;
-        d.moving = !draws[i].still;
-        d.seconds = draws[i].seconds;
-        d.environment.turn = draws[i].turn;
-        count_pixels(&c, &d, 0.004, &n);
-        CHECK_MSG(n.bad <= FEW, "draw %zu: %d wrong, %d lit", i, n.bad, n.lit);
-        sunlit[i] = n.lit;
-    }
-    CHECK_MSG(sunlit[1] < sunlit[0] - 50, "%d, %d", sunlit[0], sunlit[1]);
-    CHECK_MSG(sunlit[1] < sunlit[2] - 50, "%d, %d", sunlit[2], sunlit[1]);
-    CHECK_MSG(abs(sunlit[3] - sunlit[2]) > 50, "%d, %d", sunlit[2], sunlit[3]);
-    /* The same but for one component of its direction, and one more. */
-    static const double near_by[][3] = {{-0.8, 0.36, 0.48},
-                                        {-0.8, 0.48, 0.36},
-                                        {-0.8, 0.48, -0.36},
-                                        {0.8, 0.48, -0.36}};
-    for (int i = 0; i < 4; i++) {
-        counts n;
-        ibl_light other = sun;
-        memcpy(other.direction, near_by[i], sizeof near_by[i]);
-        d = sunny_draw(&c, &other);
-        count_pixels(&c, &d, 0.004, &n);
-        CHECK_MSG(n.bad <= FEW, "sun %d: %d wrong, %d lit", i, n.bad, n.lit);
-    }
-}
-
-/* Without a probe and with the other lobe; and two lights, of which each has
- * half: as much as one. */
-TEST(beside_maps)
-{
-    const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
-    const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
-    const ibl_light sun = sun_at(-0.8, 0.5, 0.55);
-    ibl_light halves[2] = {sun, sun};
-
-    lit_begin(WIDTH, HEIGHT);
-    for (int i = 0; i < 6; i++)
-        halves[i / 3].irradiance[i % 3] /= 2;
-    view_room_draw d = sunny_draw(&c, &sun);
-    d.environment.specular = d.environment.irradiance =
-        room_cube_of(1, 1, 1, 1);
-    d.environment.frame.diffuse[0] = 1;
-    d.dynamic = (view_probe_maps){0};
-    for (int fit = 0; fit < 2; fit++) {
-        counts n;
-        d.environment.frame.reflection[0] = fit;
-        count_pixels(&c, &d, 0.004, &n);
-        CHECK_MSG(n.bad == 0 && n.lit > 300, "fit %d: %d wrong, %d lit", fit,
-                  n.bad, n.lit);
-    }
-    float *one = lit_render(&d);
-    set_lights(&d, halves, 2);
-    float *two = lit_render(&d);
-    for (int i = 0; i < 4 * WIDTH * HEIGHT; i++)
-        CHECK_NEAR(two[i], one[i], 1e-5 * (1 + (double)one[i]));
+    CHECK_MSG(lit_by[3] < lit_by[4] - 50, "%d, %d", lit_by[3], lit_by[4]);
 }

@@ -9,10 +9,8 @@
 #include "test.h"
 #include "view.h"
 #include "view/frame.h"
-#include "view/overlay.h"
-#include "view/picture.h"
-#include "view/program.h"
-#include "view/upload.h"
+#include "view/gl.h"
+#include "view/ui.h"
 
 enum {
     WIDTH = 128,
@@ -67,7 +65,7 @@ static void draw(void)
                   GL_DYNAMIC_DRAW);
     view_gl_draw_full(on.display);
     free(on.seen);
-    on.seen = view_picture_read(0, WIDTH, HEIGHT);
+    on.seen = view_picture_read(0, WIDTH, HEIGHT, 3);
     NEED(on.seen && view_gl_check("test"));
 }
 
@@ -141,8 +139,45 @@ static void neutral(double c[3])
         c[k] = p <= ks ? c[k] - f : (c[k] - f) * pn / p * g + pn * (1 - g);
 }
 
+static double agx_curve(double stops)
+{
+    const double x = fmin(fmax((stops + 12.47393) / 16.499999, 0), 1);
+
+    return -0.00232 +
+           x * (0.1191 +
+                x * (0.4298 +
+                     x * (-6.868 + x * (31.96 + x * (-40.14 + x * 15.5)))));
+}
+
+static void agx(double c[3])
+{
+    static const double in[2][3][3] = {
+        {{0.6274, 0.3293, 0.0433},
+         {0.0691, 0.9195, 0.0113},
+         {0.0164, 0.0880, 0.8956}},
+        {{0.856627153315983, 0.0951212405381588, 0.0482516061458583},
+         {0.137318972929847, 0.761241990602591, 0.101439036467562},
+         {0.11189821299995, 0.0767994186031903, 0.811302368396859}}};
+    static const double out[2][3][3] = {
+        {{1.1271005818144368, -0.1106066430966032, -0.0164939387178346},
+         {-0.1413297634984383, 1.157823702216272, -0.0164939387178343},
+         {-0.1413297634984383, -0.1106066430966029, 1.2519364065950405}},
+        {{1.6605, -0.5876, -0.0728},
+         {-0.1246, 1.1329, -0.0083},
+         {-0.0182, -0.1006, 1.1187}}};
+
+    transform(in[0], c);
+    transform(in[1], c);
+    for (int k = 0; k < 3; k++)
+        c[k] = agx_curve(log2(fmax(c[k], 1e-10)));
+    transform(out[0], c);
+    for (int k = 0; k < 3; k++)
+        c[k] = pow(fmax(c[k], 0), 2.2);
+    transform(out[1], c);
+}
+
 static void (*const curves[VIEW_TONES])(double c[3]) = {linear, reinhard, aces,
-                                                        neutral};
+                                                        neutral, agx};
 
 /* ---- a sweep ----------------------------------------------------------- */
 
@@ -209,6 +244,32 @@ TEST(curves_are_their_formulas)
             draw();
             compare_curve(tone, exp2(ev));
         }
+}
+
+/* What three.js, which has the same formula, shows of these. */
+TEST(agx_shows_ten_values)
+{
+    static const double values[10][2][3] = {
+        {{0, 0, 0}, {0, 0, 0}},
+        {{0.18, 0.18, 0.18}, {127.64, 127.63, 127.63}},
+        {{1, 1, 1}, {201.94, 201.93, 201.92}},
+        {{16, 16, 16}, {254.46, 254.45, 254.44}},
+        {{0.5, 0.25, 0.1}, {176.50, 142.36, 109.74}},
+        {{1, 0, 0}, {221.03, 91.51, 73.06}},
+        {{0, 1, 0}, {133.12, 201.07, 101.08}},
+        {{0, 0, 1}, {51.74, 102.94, 221.94}},
+        {{0.02, 0.05, 0.2}, {40.56, 80.88, 138.25}},
+        {{4, 2, 0.5}, {242.29, 223.44, 194.63}}};
+
+    begin();
+    for (int i = 0; i < 10; i++)
+        for (int k = 0; k < 3; k++)
+            on.picture[0][0][i][k] = (float)values[i][0][k];
+    on.frame.show[0] = VIEW_TONE_AGX;
+    draw();
+    for (int i = 0; i < 10; i++)
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(seen(i, 0)[k], values[i][1][k], 0.51);
 }
 
 /* ---- false colour ------------------------------------------------------ */
@@ -379,11 +440,26 @@ TEST(differences_are_amplified)
                 }
         CHECK_MSG(!bad, "gain %d: %d are off", gain, bad);
     }
-    /* Maps are compared with nothing, and are not there where alpha is 0. */
-    on.frame.choice[0] = VIEW_LEVELS;
-    on.frame.display[0] = 1;
+}
+
+/* Nothing is there where alpha is 0, and colours are times alpha. */
+TEST(alpha_is_taken_off)
+{
+    begin();
+    fill_both();
     on.picture[0][7][0][3] = 0;
-    draw();
-    same(1, WIDTH, 0);
-    CHECK(is(seen(0, 7), 26, 26, 26) || is(seen(0, 7), 25, 25, 25));
+    for (int k = 0; k < 3; k++)
+        on.picture[0][7][1][k] = 0.125F;
+    on.picture[0][7][1][3] = 0.25F;
+    for (int clear = 0; clear < 2; clear++) {
+        on.frame.looks[2] = clear;
+        draw();
+        same(2, WIDTH, 0);
+        CHECK(is(seen(0, 7), 26, 26, 26) || is(seen(0, 7), 25, 25, 25));
+        CHECK_NEAR(seen(1, 7)[0], 255 * encode(0.5), 0.51);
+        unsigned char *rgba = view_picture_read(0, WIDTH, HEIGHT, 4);
+        CHECK(rgba[4 * (7 * WIDTH + 1) + 3] == (clear ? 64 : 255));
+        CHECK(rgba[4 * 7 * WIDTH + 3] == (clear ? 0 : 255));
+        free(rgba);
+    }
 }

@@ -38,7 +38,7 @@ enum {
     SPHERES = 6,
     SAMPLES = 1024,
     ROWS = 64, /* of lights, and twice as many columns */
-    LOOKUPS = 7,
+    LOOKUPS = 6,
     MODEL_WIDTH = 300, /* of the picture of a model */
     MODEL_HEIGHT = PIXELS / MODEL_WIDTH
 };
@@ -56,8 +56,7 @@ static const struct {
 } lookups[LOOKUPS] = {
     {"split, linear", true, VIEW_SPLIT_SUM, INFINITY},
     {"split", false, VIEW_SPLIT_SUM, 1},
-    {"bent", false, VIEW_BENT, 0.8},
-    {"fit", false, VIEW_FIT, 1.1},
+    {"fit", false, VIEW_FIT, 0.88},
     {"table", false, VIEW_TABLE_LOBES, 1},
     {"four-taps", false, VIEW_FOUR_TAPS, 0.95},
     {"reference", false, VIEW_REFERENCE, 0.7},
@@ -245,7 +244,7 @@ static bool draw(const baked_set *set, view_reflection reflection, float *rgb)
 
     s.reflection = reflection;
     do
-        ok = ok && view_renderer_draw(r, &s, WIDTH, HEIGHT);
+        ok = ok && view_renderer_draw(r, &s, &(view_area){0, 0, WIDTH, HEIGHT});
     while (ok && reflection == VIEW_REFERENCE &&
            view_renderer_samples(r) < SAMPLES);
     ok = ok && view_renderer_read(r, false, rgb);
@@ -404,7 +403,8 @@ static view_settings model_settings(void)
 {
     view_settings s = view_settings_default();
     s.mode = VIEW_MODEL;
-    s.sky = s.multiscatter = false;
+    s.background = VIEW_BACKGROUND_COLOUR;
+    s.multiscatter = false;
     s.antialias = 1;
     s.yaw = 30;
     s.pitch = 25;
@@ -467,7 +467,8 @@ static int compare_model(const char *set_path, const char *model_path,
     for (int i = 1; ok && i < LOOKUPS; i++) {
         s.reflection = lookups[i].reflection;
         do
-            ok = view_renderer_draw(r, &s, MODEL_WIDTH, MODEL_HEIGHT);
+            ok = view_renderer_draw(
+                r, &s, &(view_area){0, 0, MODEL_WIDTH, MODEL_HEIGHT});
         while (ok && s.reflection == VIEW_REFERENCE &&
                view_renderer_samples(r) < SAMPLES / 4);
         ok = ok && view_renderer_read(r, false, rgb);

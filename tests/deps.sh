@@ -27,7 +27,8 @@ libjansson-dev:reads_and_writes_JSON
 libxxhash-dev:tells_probes_that_changed
 libglfw3-dev:window_of_the_viewer
 libgl-dev:its_OpenGL
-libstb-dev:its_letters
+libimgui-dev:its_controls
+fonts-dejavu-core:its_letters
 libosmesa6:its_pictures_without_a_display
 '
 case ${CC:-cc} in

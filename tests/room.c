@@ -6,6 +6,7 @@
 
 #include "ibl/ibl.h"
 #include "view.h"
+#include "view/gl.h"
 #include "view/vector.h"
 
 /* ---- targets ----------------------------------------------------------- */
@@ -25,51 +26,27 @@ static GLuint texture(GLenum target)
     return t;
 }
 
-static void free_target(void *target)
+static void free_image(void *image)
 {
-    const room_target *t = target;
-
-    gl.DeleteFramebuffers(1, &t->framebuffer);
-    gl.DeleteTextures(1, &t->depth);
-    gl.DeleteTextures(1, &t->colour);
+    view_image_free(image);
 }
 
-void room_target_make(room_target *t, int width, int height)
+void room_image_make(view_image *image, int width, int height)
 {
-    test_defer(free_target, t);
-    *t = (room_target){.width = width, .height = height};
-    t->colour = texture(GL_TEXTURE_2D);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
-                  GL_FLOAT, NULL);
-    t->depth = texture(GL_TEXTURE_2D);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0,
-                  GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
-    gl.GenFramebuffers(1, &t->framebuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            t->colour, 0);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
-                            t->depth, 0);
-    gl.Viewport(0, 0, width, height);
+    test_defer(free_image, image);
+    *image = (view_image){0};
+    NEED(view_image_make(image, width, height));
 }
 
-void room_target_bind(const room_target *t)
+float *room_image_read(const view_image *image)
 {
-    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
-    gl.Viewport(0, 0, t->width, t->height);
-}
+    const size_t row = 4 * (size_t)image->width;
+    float *rgba = test_alloc(row * image->height, sizeof *rgba);
 
-float *room_target_read(const room_target *t)
-{
-    const size_t row = 4 * (size_t)t->width, rows = (size_t)t->height;
-    float *up = test_alloc(row * rows, sizeof *up);
-    float *down = test_alloc(row * rows, sizeof *down);
-
-    room_target_bind(t);
-    gl.ReadPixels(0, 0, t->width, t->height, GL_RGBA, GL_FLOAT, up);
-    for (size_t y = 0; y < rows; y++)
-        memcpy(down + y * row, up + (rows - 1 - y) * row, row * sizeof *up);
-    return down;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, image->framebuffer);
+    gl.ReadPixels(0, 0, image->width, image->height, GL_RGBA, GL_FLOAT, rgba);
+    view_picture_flip(rgba, row * sizeof *rgba, image->height);
+    return rgba;
 }
 
 /* ---- cameras ----------------------------------------------------------- */
@@ -99,12 +76,12 @@ view_camera room_camera(const double eye[3], const double at[3], double fov,
 
 view_room_draw room_draw_by(const view_camera *camera)
 {
-    view_room_draw d = {.moving = true, .shadows = true, .parallax = true};
-
-    view_camera_matrix(camera, d.clip);
-    memcpy(d.eye, camera->eye, sizeof d.eye);
-    d.environment.frame.diffuse[0] = 1;
-    return d;
+    return (view_room_draw){.camera = *camera,
+                            .moving = true,
+                            .mirror = true,
+                            .shadows = true,
+                            .parallax = VIEW_PARALLAX_BOX,
+                            .environment.frame.diffuse = {1}};
 }
 
 /* ---- rays -------------------------------------------------------------- */
@@ -129,7 +106,7 @@ static bool cast_box(const view_room_box *b, const double eye[3],
     h->distance = enter;
     memset(h->normal, 0, sizeof h->normal);
     h->normal[axis] = d[axis] < 0 ? 1 : -1;
-    h->material = &b->material;
+    h->material = b->material;
     return true;
 }
 
@@ -279,7 +256,7 @@ void lit_begin(int width, int height)
     view_test_begin(width, height);
     test_defer(lit_end, NULL);
     lit.room = view_room_create();
-    room_target_make(&lit.target, width, height);
+    room_image_make(&lit.image, width, height);
     lit.white = room_cube_of(1, 1, 1, 1);
     lit.black = room_cube_of(0, 0, 0, 1);
     lit.white_layer = room_layer_of(1, 1, 1, 1);
@@ -301,9 +278,8 @@ view_room_draw lit_draw(const view_camera *camera)
 
 float *lit_render(const view_room_draw *draw)
 {
-    room_target_bind(&lit.target);
-    view_room_render(lit.room, draw);
-    return room_target_read(&lit.target);
+    NEED(view_room_render(lit.room, draw, &lit.image));
+    return room_image_read(&lit.image);
 }
 
 static void material_colour(const room_hit *hit, double rgb[3])
@@ -342,28 +318,27 @@ static void free_capture(void *capture)
 room_capture *room_capture_begin(view_probe_capture kind, int size,
                                  const double eye[3])
 {
-    const view_camera any = {.near = 1, .far = 2};
+    const view_camera any = {.near = 0.05, .far = 40};
 
     room_capture *c = test_alloc(1, sizeof *c);
     c->capture = view_capture_create(kind, size);
     test_defer(free_capture, c);
     NEED(c->capture && view_cubes_make(&c->cubes, size, 1));
-    c->shot = (view_capture_shot){
-        .room = lit.room, .draw = lit_draw(&any), .far = 40, .to = &c->cubes};
-    memcpy(c->shot.draw.eye, eye, sizeof c->shot.draw.eye);
+    c->draw = lit_draw(&any);
+    memcpy(c->draw.camera.eye, eye, sizeof c->draw.camera.eye);
     return c;
 }
 
 void room_capture_update(room_capture *c)
 {
-    CHECK(view_capture_update(c->capture, &c->shot, 0) == VIEW_CAPTURE_DONE);
+    view_capture_update(c->capture, lit.room, &c->draw, &c->cubes, 0);
 }
 
 /* The room is too far away to be seen. */
 void room_capture_sky(room_capture *c, GLuint sky)
 {
-    c->shot.draw.eye[1] = 1000;
-    c->shot.draw.environment.sky = sky;
+    c->draw.camera.eye[1] = 1000;
+    c->draw.environment.sky = sky;
     room_capture_update(c);
 }
 
@@ -408,7 +383,7 @@ void room_stage_begin(room_stage *on, int width, int height,
                                        .frame.diffuse = {1}},
                        .table = room_table_of(table[0], table[1])};
     on->s.mode = VIEW_SCENE;
-    room_target_make(&on->target, width, height);
+    room_image_make(&on->image, width, height);
     on->stage = view_scene_create();
     NEED(on->stage);
     test_defer(free_scene, on->stage);
@@ -416,10 +391,10 @@ void room_stage_begin(room_stage *on, int width, int height,
 
 float *room_stage_draw(room_stage *on)
 {
-    const room_target *t = &on->target;
-
-    if (!view_scene_draw(on->stage, &on->s, &on->environment, on->table,
-                         t->framebuffer, t->width, t->height))
+    on->anew = false;
+    if (!view_scene_update(on->stage, &on->s, &on->environment, on->table,
+                           on->guest, &on->anew) ||
+        !view_scene_draw(on->stage, &on->s, &on->image))
         return NULL;
-    return room_target_read(t);
+    return room_image_read(&on->image);
 }

@@ -4,19 +4,12 @@
 #define TEST_ROOM_H
 
 #include "view/room.h"
-#include "view/scene_captures.h"
 #include "view/sphere_grid.h"
 
-/* A framebuffer of floats with depth, freed after the running test. */
-typedef struct room_target {
-    int width, height;
-    GLuint colour, depth, framebuffer;
-} room_target;
-
-void room_target_make(room_target *t, int width, int height);
-void room_target_bind(const room_target *t);
+/* A picture for the running test. */
+void room_image_make(view_image *image, int width, int height);
 /* RGBA, rows from the top, from test_alloc. */
-float *room_target_read(const room_target *t);
+float *room_image_read(const view_image *image);
 
 /* Looks from eye to a point; fov in degrees is vertical. */
 view_camera room_camera(const double eye[3], const double at[3], double fov,
@@ -58,7 +51,7 @@ GLuint room_table_of(float r, float g);
  * is in. */
 typedef struct lit_room {
     view_room *room;
-    room_target target;
+    view_image image;
     GLuint white, black, sky, table;
     GLuint white_layer, black_layer;
 } lit_room;
@@ -68,7 +61,7 @@ extern lit_room lit;
 /* Opens a screen of that size, too, for the running test. */
 void lit_begin(int width, int height);
 view_room_draw lit_draw(const view_camera *camera);
-/* As room_target_read has it. */
+/* As room_image_read has it. */
 float *lit_render(const view_room_draw *draw);
 /* Whether a pixel has the colour of what a ray meets. The sky is a filtered
  * texture, which is less exact. */
@@ -78,7 +71,7 @@ bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance);
 typedef struct room_capture {
     view_capture *capture;
     view_cubes cubes;
-    view_capture_shot shot;
+    view_room_draw draw;
 } room_capture;
 
 room_capture *room_capture_begin(view_probe_capture kind, int size,
@@ -98,13 +91,15 @@ typedef struct room_stage {
     view_settings s; /* the defaults, in that mode */
     view_room_environment environment;
     GLuint table;
-    room_target target;
+    view_model *guest;
+    view_image image;
+    bool anew; /* what the last draw was told */
 } room_stage;
 
 /* Opens a screen of that size, too, for the running test. */
 void room_stage_begin(room_stage *on, int width, int height,
                       const float light[3], const float table[2]);
-/* A picture as room_target_read has it; NULL after a failure. */
+/* A picture as room_image_read has it; NULL after a failure. */
 float *room_stage_draw(room_stage *on);
 
 #endif

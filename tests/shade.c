@@ -26,6 +26,7 @@ static void free_set(shade_set *s)
 {
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&s->set.texture[i]);
+    ibl_image_free(&s->set.map);
     ibl_cube_free(&s->specular);
     ibl_cube_free(&s->irradiance);
     ibl_lut_free(&s->lut);
@@ -49,11 +50,6 @@ view_renderer *shade_begin(int width, int height)
     need(renderer, "no renderer");
     picture_width = width;
     picture_height = height;
-    return renderer;
-}
-
-view_renderer *shade_renderer(void)
-{
     return renderer;
 }
 
@@ -143,18 +139,40 @@ void shade_bake(shade_set *s, const ibl_image *map,
     end_set(s);
 }
 
+void shade_kind(shade_set *s, ibl_roughness_map mapping, map_kind kind)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+    test_random r = {5};
+    const ibl_image map = map_of_kind(shade_ctx(), &r, kind, 128, 64);
+
+    opts.size = 32;
+    opts.mapping = mapping;
+    shade_bake(s, &map, &opts);
+}
+
 /* ---- pictures ---------------------------------------------------------- */
 
-float *shade_draw(const baked_set *set, const view_settings *s)
+bool shade_frame(const view_settings side[2])
+{
+    return view_renderer_draw(
+        renderer, side, &(view_area){0, 0, picture_width, picture_height});
+}
+
+float *shade_read(int side)
 {
     float *rgb =
         test_alloc((size_t)(picture_width * picture_height), 3 * sizeof *rgb);
 
-    need(view_renderer_load(renderer, set) &&
-             view_renderer_draw(renderer, s, picture_width, picture_height) &&
-             view_renderer_read(renderer, false, rgb),
-         "no picture");
+    need(view_renderer_read(renderer, side, rgb), "no picture");
     return rgb;
+}
+
+float *shade_draw(const baked_set *set, const view_settings *s)
+{
+    need(view_renderer_load(renderer, set), "no set");
+    for (int i = 0; i < view_places(s); i++)
+        need(shade_frame(s), "no picture");
+    return shade_read(0);
 }
 
 int shade_material(const char *name)
@@ -185,7 +203,6 @@ shade_pixel *shade_pixels(const view_settings *s)
         for (int k = 0; in && k < 3; k++) {
             p->normal[k] = normal[k];
             p->view[k] = -ray[k];
-            p->reflected[k] = ray[k] - 2 * test_dot(ray, normal) * normal[k];
         }
         if (in)
             p->n_v = test_dot(p->normal, p->view);
@@ -202,37 +219,64 @@ shade_pixel *shade_pixels(const view_settings *s)
 
 /* ---- lookups ----------------------------------------------------------- */
 
-void shade_cube(const ibl_cube *cube, double level, const double dir[3],
-                double rgb[3])
+void shade_see(const ibl_cube *specular, const shade_lobe *q, const double n[3],
+               const double v[3], const double light[3], double seen[3])
 {
-    ibl_lookup_chain(cube, dir, level, rgb);
+    double sum[3] = {0};
+
+    for (int i = 0; i < q->taps; i++) {
+        const double at = q->taps > 1 ? 2.0 * i / (q->taps - 1) - 1 : 0;
+        const double bend = q->bend + at * q->half_distance;
+        double d[3], rgb[3];
+        for (int k = 0; k < 3; k++)
+            d[k] =
+                (1 - bend) * (2 * test_dot(n, v) * n[k] - v[k]) + bend * n[k];
+        ibl_lookup_chain(specular, d, q->lod, rgb);
+        for (int k = 0; k < 3; k++)
+            sum[k] += rgb[k] / q->taps;
+    }
+    for (int k = 0; k < 3; k++)
+        seen[k] = fmax(sum[k] + q->diffuse * (light[k] - sum[k]), 0);
+}
+
+double shade_level(const baked_set *set, double r)
+{
+    return (set->mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r) *
+               set->lod_scale +
+           set->lod_offset;
+}
+
+void shade_irradiance(const shade_set *s, view_diffuse by, const double n[3],
+                      double rgb[3])
+{
+    if (by == VIEW_DIFFUSE_LAST) {
+        ibl_lookup_chain(&s->specular, n, s->specular.levels, rgb);
+        return;
+    }
+    ibl_lookup_chain(&s->irradiance, n, 0, rgb);
+    for (int k = 0; k < 3; k++)
+        rgb[k] *= by == VIEW_DIFFUSE_SH ? 0 : s->set.irradiance_scale;
+    for (int l = 0; l <= s->set.sh_degree && by == VIEW_DIFFUSE_SH; l++)
+        for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); i++)
+            rgb[i % 3] += s->set.sh[i] * truth_sh(l, i / 3 - l * l - l, n);
+    for (int k = 0; k < 3; k++)
+        rgb[k] = fmax(rgb[k], 0);
 }
 
 void shade_look_up(const shade_set *s, const view_settings *settings,
                    const view_sphere *sphere, const shade_pixel *p,
                    shade_light *light)
 {
-    const double r = sphere->roughness;
-    const double x = s->set.mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
-    double reflected[3], normal[3];
+    const shade_lobe lobe = {.taps = 1,
+                             .lod = shade_level(&s->set, sphere->roughness)};
+    double n[3], v[3];
 
-    view_turn(settings->turn, p->reflected, reflected);
-    view_turn(settings->turn, p->normal, normal);
-    shade_cube(&s->specular, x * s->set.lod_scale + s->set.lod_offset,
-               reflected, light->specular);
-    ibl_lookup_lut(&s->lut, p->n_v, r, light->table);
-    shade_cube(&s->irradiance, 0, normal, light->irradiance);
-    for (int k = 0; k < 3; k++) {
-        light->irradiance[k] *= s->set.irradiance_scale;
-        if (settings->diffuse == VIEW_DIFFUSE_MAP)
-            continue;
-        light->irradiance[k] = 0;
-        for (int l = 0; l <= s->set.sh_degree; l++)
-            for (int m = -l; m <= l; m++)
-                light->irradiance[k] +=
-                    s->set.sh[3 * (l * l + l + m) + k] * truth_sh(l, m, normal);
-        light->irradiance[k] = fmax(light->irradiance[k], 0);
-    }
+    view_turn(settings->turn, p->normal, n);
+    view_turn(settings->turn, p->view, v);
+    ibl_lookup_lut(&s->lut, p->n_v, sphere->roughness, light->table);
+    light->n_v = p->n_v;
+    shade_irradiance(s, settings->diffuse, n, light->irradiance);
+    shade_see(&s->specular, &lobe, n, v, light->irradiance, light->specular);
 }
 
 /* Karis 2013 and Fdez-Aguera 2019, written anew. */
@@ -240,6 +284,7 @@ void shade_split_sum(const view_settings *settings, const view_sphere *sphere,
                      const shade_light *light, double rgb[3])
 {
     const double white = light->table[0] + light->table[1];
+    const double smooth = 1 - sphere->roughness, grazing = 1 - light->n_v;
 
     for (int k = 0; k < 3; k++) {
         const double f0 = sphere->f0[k];
@@ -249,8 +294,14 @@ void shade_split_sum(const view_settings *settings, const view_sphere *sphere,
         const double mean = f0 + (1 - f0) / 21, lost = 1 - white;
         const double again =
             settings->multiscatter ? once * mean * lost / (1 - mean * lost) : 0;
-        rgb[k] = once * light->specular[k] +
-                 (again + sphere->albedo[k] * (1 - once - again)) *
-                     light->irradiance[k];
+        /* LearnOpenGL, after Lagarde 2011. */
+        const double f = f0 + (fmax(smooth, f0) - f0) * pow(grazing, 5);
+        rgb[k] =
+            settings->rough_fresnel
+                ? (f * light->table[0] + light->table[1]) * light->specular[k] +
+                      (1 - f) * sphere->albedo[k] * light->irradiance[k]
+                : once * light->specular[k] +
+                      (again + sphere->albedo[k] * (1 - once - again)) *
+                          light->irradiance[k];
     }
 }

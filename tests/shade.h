@@ -9,11 +9,11 @@
 #include "view/renderer.h"
 #include "view/sphere_grid.h"
 
+#include "maps.h"
 #include "test.h"
 
 /* A screen and a renderer, which it returns, for the running test. */
 view_renderer *shade_begin(int width, int height);
-view_renderer *shade_renderer(void);
 ibl_ctx *shade_ctx(void);
 
 /* A set with the maps that its textures were made of. Unless a test says
@@ -35,10 +35,15 @@ void shade_constant(shade_set *s, const float rgb[3]);
 /* Specular chain of size and levels (opts), irradiance, harmonics, table. */
 void shade_bake(shade_set *s, const ibl_image *map,
                 const ibl_specular_options *opts);
+/* The same of a random map, 32 texels along an edge. */
+void shade_kind(shade_set *s, ibl_roughness_map mapping, map_kind kind);
 /* Textures anew, from maps that a test has changed. */
 void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
 
-/* Draws; linear RGB, rows from the top, from test_alloc. Exits if it cannot. */
+/* view_renderer_draw and _read: linear RGB, rows from the top, from test_alloc.
+ * The last loads a set and draws all places of a pixel. Exit if they cannot. */
+bool shade_frame(const view_settings side[2]);
+float *shade_read(int side);
 float *shade_draw(const baked_set *set, const view_settings *s);
 /* Index in view_materials; exits if there is none of that name. */
 int shade_material(const char *name);
@@ -47,19 +52,28 @@ int shade_material(const char *name);
  * (-1), or what both have a part in (-2). */
 typedef struct shade_pixel {
     int sphere;
-    double normal[3], view[3], reflected[3];
-    double n_v;
+    double normal[3], view[3], n_v;
 } shade_pixel;
 /* For each pixel of the picture; from test_alloc. */
 shade_pixel *shade_pixels(const view_settings *s);
 
-/* Trilinear and seamless; dir in the environment's own frame. */
-void shade_cube(const ibl_cube *cube, double level, const double dir[3],
-                double rgb[3]);
+/* Lookups; directions are of the environment's own frame. How a lobe is looked
+ * up, as ibl_lobe of ibl/ibl.glsl, and what it sees. */
+typedef struct shade_lobe {
+    double bend, lod, diffuse, half_distance;
+    int taps;
+} shade_lobe;
+void shade_see(const ibl_cube *specular, const shade_lobe *q, const double n[3],
+               const double v[3], const double light[3], double seen[3]);
+/* The level of a roughness. */
+double shade_level(const baked_set *set, double roughness);
+void shade_irradiance(const shade_set *s, view_diffuse by, const double n[3],
+                      double rgb[3]);
+
 /* The split sum's input light, and its result without point lights. */
 typedef struct shade_light {
     double specular[3], irradiance[3]; /* E/pi */
-    double table[2];
+    double table[2], n_v;
 } shade_light;
 void shade_look_up(const shade_set *s, const view_settings *settings,
                    const view_sphere *sphere, const shade_pixel *p,

@@ -4,9 +4,7 @@
 #include "sets.h"
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/overlay.h"
-#include "view/program.h"
-#include "view/screen.h"
+#include "view/ui.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,21 +64,16 @@ const char *view_test_about(void)
 const char *view_test_shader(const char *name)
 {
     const view_shader_file *f = view_shader_files;
-    int own = 0;
 
-    while (f->name && strcmp(f->name, name) != 0)
+    while (strcmp(f->name, name) != 0)
         f++;
-    while (f->text[own + 1])
-        own++;
-    return f->text[own];
+    return f->text;
 }
 
 GLuint view_test_program(const char *fragment)
 {
     const view_shader_file files[] = {
-        {"full.vert", {view_test_shader("full.vert")}},
-        {"test.frag", {fragment}},
-        {NULL, {NULL}}};
+        {"full.vert", view_test_shader("full.vert")}, {"test.frag", fragment}};
     const GLuint program =
         view_program_from(files, "", "full.vert", "test.frag");
 
@@ -99,16 +92,31 @@ ibl_ctx *view_test_ctx(int threads)
 
 void view_test_app(view_app *app, view_options *options, int width, int height)
 {
+    char name[] = "map", *words[] = {name, NULL};
+    int status;
+
     memset(app, 0, sizeof *app);
-    memset(options, 0, sizeof *options);
-    options->settings = view_settings_default();
+    NEED(view_options_parse(words, options, &status));
     app->options = options;
-    app->settings = options->settings;
+    app->side[0] = options->settings;
+    app->side[1] = options->other;
+    app->paused = true;
+    app->labels = true;
+    app->mouse[0] = app->mouse[1] = -1;
     app->width = width;
     app->height = height;
     app->scale = 1;
     sets_white(&app->sets[0]);
     app->set = &app->sets[0];
+}
+
+bool view_test_draw(view_renderer *r, const view_settings *s, int width,
+                    int height)
+{
+    view_settings side[2] = {*s, *s};
+
+    side[1].reflection = VIEW_REFERENCE;
+    return view_renderer_draw(r, side, &(view_area){0, 0, width, height});
 }
 
 /* ---- standard error -------------------------------------------------- */

@@ -31,6 +31,11 @@ ibl_ctx *view_test_ctx(int threads);
  * last until the running test has ended. */
 void view_test_app(view_app *app, view_options *options, int width, int height);
 
+/* Draws a state, where it compares against the reference, at the lower left of
+ * framebuffer 0. */
+bool view_test_draw(view_renderer *r, const view_settings *s, int width,
+                    int height);
+
 /* Keeps what is written to standard error, until view_test_caught gives it:
  * static storage, overwritten by the next call. */
 void view_test_catch(void);

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* State of the viewer, with a window or without, and the actions of keys and
- * frames on it. */
+/* State of the viewer, with a window or without, and what keys, the panel and
+ * frames do to it. */
 #ifndef VIEW_APP_H
 #define VIEW_APP_H
 
 #include <limits.h>
 
+#include "view/folder.h"
 #include "view/options.h"
-#include "view/overlay.h"
-#include "view/probe_set.h"
 #include "view/renderer.h"
 #include "view/report.h"
+#include "view/room.h"
 
 typedef struct view_app {
     ibl_ctx *ctx;
@@ -20,15 +20,14 @@ typedef struct view_app {
                           display with a scale */
     double scale;      /* pixel scale of the display: 1 or more */
     view_renderer *renderer;
-    view_overlay *overlay;
     view_probe_set *probes; /* from --probe-set, or NULL */
     view_model *model;      /* or NULL */
     char model_path[PATH_MAX];
-    view_file_stamp model_seen;
 
-    view_settings settings;
-    view_settings drawn; /* of the last frame that was drawn */
-    bool drew;           /* drawn holds the settings of a frame */
+    view_settings side[2];  /* what is shown, and what it is compared with */
+    int edited;             /* the one that keys and the panel change */
+    view_settings drawn[2]; /* sides of the last frame that was drawn */
+    bool drew;              /* there is one */
 
     /* The set that is shown is in one slot; the other takes the next. */
     baked_set sets[2];
@@ -37,6 +36,8 @@ typedef struct view_app {
     view_request request; /* the source of set */
     char path[PATH_MAX];
 
+    view_folder folder; /* of the list of files */
+
     /* A map that is being baked and will be shown. */
     view_baker *baker;
     char baking[PATH_MAX]; /* path of the map */
@@ -44,37 +45,58 @@ typedef struct view_app {
     double baked; /* share of the bake that is done, 0..1 */
 
     double begun;    /* ibl_now() when the scene's time began */
+    bool paused;     /* the scene's time stands still */
     double mouse[2]; /* pixels from the upper left; -1: not in the window */
     bool held[3];    /* buttons */
-    int mods;        /* keys that were down with the last button, GLFW's */
-    int dragged;     /* 1 + row of the panel whose slider is held, or 0 */
-    double frame_ms;
+    bool handle;     /* the left button holds the split */
+    bool panel, help, files; /* what is open */
+    bool labels;             /* are drawn */
+    const char *caption;     /* of a sheet's picture, or NULL */
+    char errors[80];         /* of what is compared */
+    int judged;              /* samples of the reference that they are of */
+    double frame_ms, gpu_ms;
     view_stats stats;
-    char title[512];
-    char notice[200]; /* shown until a key or a click; "": none */
-    bool redraw;      /* something changed since the last frame */
+    char title[200];
+    GLuint target;      /* framebuffer */
+    char notice[400];   /* "": none */
+    double notice_ends; /* ibl_now() when it goes */
+    bool failed;        /* it says why something failed */
+    bool redraw;        /* something changed since the last frame */
+    bool wants_picture;
     bool quit;
 } view_app;
 
 /* ---- what is shown ------------------------------------------------------ */
 
-/* Makes renderer and overlay for the current context, and loads the probe set
- * and the other set of the options. False after a message. */
+/* Makes the renderer for the current context, and loads the model, the probe
+ * set and the other set of the options. False after a message. */
 bool view_app_make(view_app *app);
-/* Opens a set, or begins to bake a map. False after a message; the picture is
- * then unchanged. */
+/* Opens a set, a model, a folder's list of files or, in the scene, a set of
+ * probes, or begins to bake a map. False after a message; the picture is then
+ * unchanged. */
 bool view_app_open(view_app *app, const view_request *what);
-/* Updates the progress of the bake, and shows its result. False: it failed and
- * there is no earlier set to show. */
-bool view_app_tend_bake(view_app *app);
-/* Reloads files that have changed. If one cannot be read, the picture stays. */
-void view_app_tend_files(view_app *app);
-/* Limits the settings to what the set has, and requests a frame. */
+/* Shows the list of files beside what is shown. False after a message. */
+bool view_app_list(view_app *app);
+/* Opens an entry of that list, or its parent "..". */
+void view_app_choose(view_app *app, const char *name);
+/* Opens the next file of the same kind in its folder, or the one before. */
+void view_app_step(view_app *app, int step);
+/* Updates the progress of the bake, and shows its result; opens another layer
+ * of an array. False: a bake failed and there is no earlier set to show. */
+bool view_app_tend(view_app *app);
+/* Limits the settings to what the set has, shares them between the sides, and
+ * requests a frame. */
 void view_app_fit(view_app *app);
-/* Stops the bake and frees renderer, overlay, probes and the other set, while
- * the context is current. */
+/* What holds for view_control.where. */
+unsigned view_app_facts(const view_app *app);
+/* Stops the bake and frees all but the sets, while the context is current. */
 void view_app_end(view_app *app);
 
+#define VIEW_LINE 17 /* height of a line of labels, at scale 1 */
+
+int view_app_panel_width(const view_app *app);
+/* Where the picture is: beside labels and panel. */
+view_area view_app_area(const view_app *app);
 /* Draws into framebuffer 0; spread: as in view_settings. If that fails,
  * restores the settings of the last frame, draws again and sets a notice.
  * False, with a message, if that fails too. */
@@ -82,46 +104,24 @@ bool view_app_draw(view_app *app, bool spread);
 
 /* ---- what keys do ------------------------------------------------------- */
 
-/* Writes the picture to the first iblview-NNN.png that does not exist. */
-void view_app_picture(view_app *app);
-/* Shows a text until the next key or click. */
+/* Sets the exposure so that the mean luminance of the picture is middle grey.
+ */
+bool view_app_expose(view_app *app);
+/* Shows a text for some seconds. */
 void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
-/* The end of a path, of that many bytes: it says more than the beginning. */
-const char *view_path_end(const char *path, size_t most);
-/* Shows that a file cannot be displayed. */
-void view_app_notice_path(view_app *app, const char *path);
+/* Shows the last message of view_fail. */
+void view_app_notice_failure(view_app *app);
 
-/* ---- the panel (panel.c) ------------------------------------------------ */
-
-/* Draws the controls of the mode at the upper right, or a word that opens them
- * if they are hidden and the pointer is in that quarter. Between
- * view_overlay_begin and _end. */
-void view_panel_draw(const view_app *app);
-/* The share of the width, at the right, that the controls cover. */
-double view_panel_share(const view_app *app);
-/* Handles a press of the left button at the pointer, or with drag a motion
- * while it is held. False: no control is there. */
-bool view_panel_point(view_app *app, bool drag);
-
-/* ---- the window (window.c, panel.c) ------------------------------------ */
+/* ---- the window (window.c) ---------------------------------------------- */
 
 /* Runs the window until it is closed. False after a message. */
 bool view_window_run(ibl_ctx *ctx, const view_options *options);
-/* Draws the text of the window: keys, the texel under the cursor, progress of a
- * bake, notice, scale of false colours. */
-void view_window_text(view_app *app);
-/* Sets the title to the set and what was changed. */
-void view_app_title(view_app *app);
 
 /* ---- pictures without a window (still.c) ------------------------------- */
 
-/* Opens or bakes the set of the options and makes their outputs: a picture,
- * captures, or a contact sheet. False, with a message. */
+/* Opens or bakes the set of the options and makes their outputs: a picture, a
+ * contact sheet or a turntable. False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
-/* Draws the frames or samples that the options ask for. *ms: time of the last
- * frame; stats: adds the times of all. False, with a message. */
-bool view_still_draw(view_renderer *r, const view_options *o,
-                     const view_settings *s, double *ms, view_stats *stats);
 
 #endif

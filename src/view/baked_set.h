@@ -6,16 +6,17 @@
 
 #include <stdbool.h>
 
-#include "ibl/io.h"
-#include "view/file_stamp.h"
+#include "ibl/set.h"
+#include "view/settings.h"
 #include "view/vector.h"
 
+/* The first are those of ibl_content. */
 typedef enum view_content {
+    VIEW_SKY, /* --skybox; if absent, level 0 of the specular chain is the sky
+               */
     VIEW_SPECULAR,
     VIEW_IRRADIANCE,
     VIEW_LUT,
-    VIEW_SKY,   /* --skybox; if absent, level 0 of the specular chain is the sky
-                 */
     VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
                    there are no table and taps of view_reflection */
     VIEW_SHEEN, /* levels of IBL_LOBE_CHARLIE; if absent, models have no
@@ -29,30 +30,21 @@ typedef enum view_content {
  * messages; ended by NULL. */
 extern const char *const view_content_names[VIEW_CONTENTS + 1];
 
-/* Indices of a set's files: its textures, then these. */
-enum {
-    VIEW_SIDECAR = VIEW_CONTENTS,
-    VIEW_MAP, /* the map of a set that was baked in this process */
-    VIEW_FILES
-};
-
 typedef struct baked_set {
     char *name; /* for titles, such as "sky" */
-    /* Texels as in the files, in the world's axes; blocks as rgba16f. Only the
-     * sky and the lobes may be missing, and are then zeroed. A missing table is
-     * made by ibl_bake_lut. Missing irradiance is made from level 0 as a map;
-     * if level 0 is rough or clipped, from the last level if its roughness is
-     * 1, else from the spherical harmonics. A note reports both. */
+    /* Texels as in the files, in the world's axes; blocks as rgba16f. What is
+     * missing is zeroed. The specular chain is not; a missing table is made by
+     * ibl_bake_lut, with a note. */
     ibl_texture texture[VIEW_CONTENTS];
     ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
-    char *path[VIEW_FILES];         /* NULL: none */
+    char *path[VIEW_CONTENTS];      /* NULL: none */
     char *source; /* the map of the set, if its file is at hand, or NULL */
-    ibl_read_options source_read; /* how its colours were changed */
-    double source_yaw;            /* its turn, as of ibl_cube_from_latlong */
-    double source_peak;           /* its largest value, to know it by, or 0 */
-    char source_hash[IBL_FILE_HASH];  /* the same of the file's bytes, or "" */
-    bool own_sky;                     /* texture[VIEW_SKY] was asked for */
-    view_file_stamp seen[VIEW_FILES]; /* state just before reading */
+    ibl_read_options source_read;    /* how its colours were changed */
+    double source_yaw;               /* its turn, as of ibl_cube_from_latlong */
+    char source_hash[IBL_FILE_HASH]; /* of its bytes, to know it by, or "" */
+    ibl_image map;       /* of view_set_source; data NULL: it is not read */
+    const char *map_why; /* why it cannot be read; NULL: it was not tried */
+    bool own_sky;        /* texture[VIEW_SKY] was asked for */
 
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as in ibl_specular_layout */
@@ -60,14 +52,17 @@ typedef struct baked_set {
     int layer;                        /* of arrays of cubes; 0: or no array */
     ibl_lobe lobe;
     ibl_geometry geometry;   /* of the table */
-    double irradiance_scale; /* factor from the map to E/pi; 1 for maps made
-                                here */
+    double irradiance_scale; /* factor from the map to E/pi */
     int light_count; /* that --lights took out of the maps, not of the sky */
     ibl_light light[IBL_MAX_LIGHTS];
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are dropped */
     double sh[3 * VIEW_SH_COUNT];
+    /* What the set's engine lights matte surfaces by (iblbake-engines(7)): its
+     * irradiance map; without one harmonics, but of the targets three and
+     * filament, as without harmonics, the last level. */
+    view_diffuse diffuse;
 } baked_set;
 
 /* Paths of the set to open. */
@@ -82,15 +77,6 @@ typedef struct view_request {
     unsigned char face_order[IBL_FACES]; /* of a map, as ibl_read_options */
     ibl_transfer transfer;
 } view_request;
-
-/* Whether path is a map rather than a baked set: "-", a pipe, a file whose
- * content is neither KTX, KTX2, DDS nor JSON, the name of six files, as of
- * ibl_image_read, or whatever has a layout. */
-bool view_is_map(const char *path, ibl_input_layout layout);
-
-/* Whether a path has the extension of a model, .gltf or .glb, and is not the
- * light that --target gltf writes. */
-bool view_is_model(const char *path);
 
 /*
  * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
@@ -115,9 +101,10 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                const ibl_specular_options *specular,
                                baked_set *set);
 
-/* Reads the map of the set, as it was baked. False: it is not at hand, or
- * another file is, with a note. */
-bool view_set_map(const baked_set *set, ibl_image *map);
+/* The map of the set, as it was baked: it is read once, and freed with the set.
+ * NULL, with a note the first time: it is not at hand, or another file is; *why
+ * (NULL is fine) is the reason. */
+const ibl_image *view_set_source(const baked_set *set, const char **why);
 /* Makes the environment that the reference integrates: the map of the set, if
  * it is at hand, as a cube of RGBA32F, which nothing clips. *env zeroed: it is
  * the skybox if level 0 is rough, else level 0. *what: which, until the set is
@@ -126,24 +113,23 @@ bool view_set_map(const baked_set *set, ibl_image *map);
 bool view_set_environment(const baked_set *set, ibl_texture *env,
                           const char **what);
 
-/* The level of a roughness, between those of rising roughnesses. */
-double view_level_at(const double *roughness, int levels, double r);
+/* "is no irradiance map" if a set has no such diffuse light; NULL: it has. */
+const char *view_set_lacks(const baked_set *set, view_diffuse by);
 
-/* ---- files that change ------------------------------------------------- */
-
-/* Whether a file differs from the one that was last read or seen, and all such
- * files are unchanged for `settle` seconds, longer if one is gone. Never while
- * the specular file or the map is missing. Sees changes during the reading. */
-bool view_set_changed(const baked_set *set, double settle);
-/* Takes the present state of the files as seen. */
-void view_set_seen(baked_set *set);
+/* Makes the table of sheen for a chain of levels with rising roughness. False:
+ * no memory. */
+bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
+                         baked_set *set);
+/* Stores the cosine-weighted harmonics of radiance: 3 for each (l, m) up to
+ * degree; those above VIEW_SH_DEGREE are dropped. */
+void view_set_harmonics(baked_set *set, int degree, const double *radiance);
 
 /* ---- a bake beside the window ------------------------------------------ */
 
 /* Runs view_set_bake on a thread. */
 typedef struct view_baker view_baker;
 
-/* NULL, with a message. */
+/* What paths name must stay until the end. NULL, with a message. */
 view_baker *view_baker_start(const view_request *what);
 /* Gives the present stage and the share of the whole bake that is done, 0..1,
  * never decreasing; returns true once it has ended. stage: room for 64. */

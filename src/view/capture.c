@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* An update is a sequence of steps; each draws a picture or fills a face of a
- * cube. The room is drawn as floats. The picture, clamped to the range of half
+/* The room is drawn as floats. The picture, clamped to the range of half
  * floats, fills the lookups: a cube whose levels are more and more blurred. */
-#include "view/capture.h"
+#include "view/room.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,65 +10,40 @@
 
 #include "common/process.h"
 #include "common/signals.h"
+#include "view/gl.h"
 #include "view/message.h"
-#include "view/program.h"
-#include "view/upload.h"
-
-static const double near = 0.05;
 
 /* Programs that fill a face. */
 enum {
     FACE,
     PARABOLOID,
-    MIP,
     BLUR,
     LOBE,
     PASSES
 };
 
-typedef struct pass {
-    GLuint program;
-    GLint face, edge, row, count, spread, rings;
-} pass;
+/* A level of a cube in an array that a pass fills. */
+typedef struct cube_level {
+    GLuint cubes;
+    int layer, level, edge;
+} cube_level;
 
 struct view_capture {
     view_probe_capture kind;
     int size, levels;
-    pass pass[PASSES];
+    GLuint program[PASSES];
+    GLint at[PASSES];      /* the uniform of each */
     view_image picture[2]; /* one for all faces, or one per paraboloid */
-    GLuint depth;          /* of these */
-    GLuint target, source; /* framebuffers: drawn to, read from */
-    GLuint halved;         /* cube of half the edge, one level */
-    GLuint lookup;         /* cube, blurred from level 1 on */
-    GLuint samples;        /* as from view_capture_samples */
-    int step;              /* index of the next one */
-    double ms[VIEW_CAPTURE_PARTS];
+    GLuint framebuffer;
+    GLuint lookup;  /* cube, blurred from level 1 on */
+    GLuint samples; /* as from make_samples */
 };
-
-/* Number of sides that are drawn. */
-static int side_count(const view_capture *c)
-{
-    return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : IBL_FACES;
-}
-
-/* Number of pictures: faces share one. */
-static int picture_count(const view_capture *c)
-{
-    return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : 1;
-}
 
 /* ---- cubes ------------------------------------------------------------- */
 
 static void bind(int unit, GLuint cubes)
 {
     view_gl_bind(unit, GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
-}
-
-static void attach(GLenum framebuffer, GLuint cubes, int layer, int level,
-                   int face)
-{
-    gl.FramebufferTextureLayer(framebuffer, GL_COLOR_ATTACHMENT0, cubes, level,
-                               IBL_FACES * layer + face);
 }
 
 /* False: OpenGL has no memory. */
@@ -108,95 +82,151 @@ void view_cubes_free(view_cubes *c)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Fills a face of a level of a cube, n x n texels, from the bound textures. */
-static void fill(const view_capture *c, int which, GLuint cubes, int layer,
-                 int level, int face, int n)
+/* Fills a face from the bound textures. */
+static void fill(const view_capture *c, int pass, cube_level to, int face,
+                 double x, double y)
 {
-    const pass *p = &c->pass[which];
-
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
-    attach(GL_FRAMEBUFFER, cubes, layer, level, face);
-    gl.Viewport(0, 0, n, n);
-    gl.UseProgram(p->program);
-    gl.Uniform1i(p->face, face);
-    gl.Uniform1f(p->edge, (float)n);
-    view_gl_draw_full(p->program);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
+    gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, to.cubes,
+                               to.level, IBL_FACES * to.layer + face);
+    gl.Viewport(0, 0, to.edge, to.edge);
+    gl.UseProgram(c->program[pass]);
+    gl.Uniform4f(c->at[pass], (float)face, (float)to.edge, (float)x, (float)y);
+    view_gl_draw_full(c->program[pass]);
 }
 
-static bool make_passes(view_capture *c)
+static void fill_all(const view_capture *c, int pass, cube_level to, double x,
+                     double y)
 {
-    static const char *const files[PASSES] = {
-        [FACE] = "capture_face.frag", [PARABOLOID] = "capture_paraboloid.frag",
-        [MIP] = "capture_mip.frag",   [BLUR] = "capture_blur.frag",
-        [LOBE] = "capture_lobe.frag",
-    };
-
-    for (int i = 0; i < PASSES; i++) {
-        pass *p = &c->pass[i];
-        p->program = view_program("full.vert", files[i]);
-        if (!p->program)
-            return false;
-        p->face = gl.GetUniformLocation(p->program, "face");
-        p->edge = gl.GetUniformLocation(p->program, "edge");
-        p->row = gl.GetUniformLocation(p->program, "row");
-        p->count = gl.GetUniformLocation(p->program, "count");
-        p->spread = gl.GetUniformLocation(p->program, "spread");
-        p->rings = gl.GetUniformLocation(p->program, "rings");
-    }
-    return true;
+    for (int face = 0; face < IBL_FACES; face++)
+        fill(c, pass, to, face, x, y);
 }
 
-/* ---- create and free --------------------------------------------------- */
+/* ---- samples ------------------------------------------------------------ */
 
-static bool make_pictures(view_capture *c)
+/*
+ * Sample sets of filtered levels. Points cover the GGX half vectors whose
+ * reflection is above the horizon (Walter et al. 2007, eq. 35, 36); each turns
+ * by the golden angle from the one before, and counts by N.L (Karis 2013). Each
+ * looks up the environment, blurred by the solid angle that the point stands
+ * for (Krivanek and Colbert 2008).
+ */
+
+/* Samples for each texel: of a level, and of irradiance, whose small cube must
+ * be as accurate as a level. */
+enum {
+    SAMPLES = 64,
+    MOST_SAMPLES = 128
+};
+
+/* Variance along an axis of a lookup in a level from 1 on, in mean solid angles
+ * of a texel: wide enough to hide that texel sizes vary 5-fold. */
+static const double blur_variance = 5.0 / 3;
+
+/* Turn from one point to the next: the golden ratio - 1. */
+static const double golden = 0.6180339887498949;
+
+static int lookup_levels(int size)
 {
-    const int n = picture_count(c) * c->size;
+    int levels = 1;
 
-    gl.GenRenderbuffers(1, &c->depth);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, c->depth);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
-    for (int i = 0; i < picture_count(c); i++) {
-        if (!view_image_make(&c->picture[i], n, n))
-            return false;
-        view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
-        gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
-                                   GL_RENDERBUFFER, c->depth);
+    while (size >> levels >= 4)
+        levels++;
+    return levels;
+}
+
+/* Mixes levels only from 1/6 to 5/6, so one lookup in three needs one level and
+ * half the work. */
+static double snap_level(double lod)
+{
+    const double level = floor(lod);
+
+    return level + fmin(fmax(1.5 * (lod - level) - 0.25, 0), 1);
+}
+
+/* Fills samples with x, y of a direction about +Z, weight and level of each
+ * point. */
+static void place_points(double alpha, int count, int size, float *samples)
+{
+    const double a2 = alpha * alpha, part = 1 / (1 + a2);
+    const double texel = 4 * M_PI / (6.0 * size * size); /* of level 0, in sr */
+    /* Lookups in level 0 show its texels. Level 1 must do where it is narrow
+     * enough for the lobe. */
+    const double least = 4 * blur_variance * texel < a2;
+    const double most = lookup_levels(size) - 1;
+    double sum = 0;
+
+    for (int i = 0; i < count; i++) {
+        const double u = (i + 0.5) / count * part;
+        const double s2 = a2 * u, c2 = 1 - u;
+        const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
+        const double t = sin_h * sin_h + a2 * cos_h * cos_h;
+        const double pdf = a2 / (M_PI * t * t) / (4 * part);
+        /* A quarter of the point's solid angle: less shows single points, more
+         * widens the lobe. */
+        const double variance = 0.25 / (count * pdf);
+        const double lod = 0.5 * log2(variance / (blur_variance * texel));
+        const double angle = 2 * atan2(sin_h, cos_h);
+        const double phi = 2 * M_PI * fmod(i * golden, 1);
+        samples[4 * i] = (float)(sin(angle) * cos(phi));
+        samples[4 * i + 1] = (float)(sin(angle) * sin(phi));
+        samples[4 * i + 2] = (float)cos(angle);
+        samples[4 * i + 3] = (float)snap_level(fmin(fmax(lod, least), most));
+        sum += cos(angle);
     }
-    return true;
+    for (int i = 0; i < count; i++)
+        samples[4 * i + 2] /= (float)sum;
 }
 
 static void make_samples(view_capture *c)
 {
-    float *all = view_capture_samples(c->size, c->levels);
+    const size_t row = (size_t)4 * MOST_SAMPLES;
+    float *all = ibl_need(calloc((size_t)c->levels, row * sizeof *all));
 
+    for (int l = 1; l <= c->levels; l++) {
+        const bool diffuse = l == c->levels; /* of roughness 1 is N.L */
+        const double r =
+            diffuse ? 1
+                    : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, c->levels);
+        place_points(r * r, diffuse ? MOST_SAMPLES : SAMPLES, c->size,
+                     all + row * (size_t)(l - 1));
+    }
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    c->samples =
-        view_float_image(GL_RGBA, VIEW_CAPTURE_MOST_SAMPLES, c->levels, all);
+    c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, all);
     free(all);
 }
 
-static bool make(view_capture *c)
-{
-    gl.GenFramebuffers(1, &c->target);
-    gl.GenFramebuffers(1, &c->source);
-    if (!make_passes(c) || !make_pictures(c))
-        return false;
-    if (!make_cubes(&c->halved, c->size / 2, 1, 1) ||
-        !make_cubes(&c->lookup, c->size, view_capture_lookups(c->size), 1))
-        return view_fail("this OpenGL has no room for the cubes of a capture");
-    make_samples(c);
-    return view_gl_check("making a capture");
-}
+/* ---- create and free --------------------------------------------------- */
 
 view_capture *view_capture_create(view_probe_capture kind, int size)
 {
+    static const char *const defines[PASSES] = {
+        "#define FACE\n", "#define PARABOLOID\n", "#define BLUR\n",
+        "#define LOBE\n"};
     view_capture *c = ibl_need(calloc(1, sizeof *c));
+    const int pictures = kind == VIEW_PROBE_PARABOLOIDS ? 2 : 1;
+    bool ok = true;
 
     assert(size >= 16 && size <= 1024 && !(size & (size - 1)));
     c->kind = kind;
     c->size = size;
     c->levels = ibl_default_levels(size);
-    if (make(c))
+    for (int i = 0; i < pictures; i++) {
+        ok = ok &&
+             view_image_make(&c->picture[i], pictures * size, pictures * size);
+        view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
+    }
+    gl.GenFramebuffers(1, &c->framebuffer);
+    for (int i = 0; i < PASSES && ok; i++) {
+        c->program[i] = view_program_from(view_shader_files, defines[i],
+                                          "full.vert", "capture.frag");
+        c->at[i] = gl.GetUniformLocation(c->program[i], "target");
+        ok = c->program[i];
+    }
+    if (ok && !make_cubes(&c->lookup, size, lookup_levels(size), 1))
+        ok = view_fail("this OpenGL has no room for the cubes of a capture");
+    make_samples(c);
+    if (ok && view_gl_check("making a capture"))
         return c;
     view_capture_free(c);
     return NULL;
@@ -206,16 +236,14 @@ void view_capture_free(view_capture *c)
 {
     if (!c)
         return;
-    const GLuint textures[] = {c->samples, c->lookup, c->halved};
-    const GLuint framebuffers[] = {c->source, c->target};
+    const GLuint textures[] = {c->samples, c->lookup};
 
-    gl.DeleteTextures(3, textures);
-    gl.DeleteFramebuffers(2, framebuffers);
+    gl.DeleteTextures(2, textures);
+    gl.DeleteFramebuffers(1, &c->framebuffer);
     view_image_free(&c->picture[0]);
     view_image_free(&c->picture[1]);
-    gl.DeleteRenderbuffers(1, &c->depth);
     for (int i = 0; i < PASSES; i++)
-        gl.DeleteProgram(c->pass[i].program);
+        gl.DeleteProgram(c->program[i]);
     free(c);
 }
 
@@ -244,201 +272,73 @@ static const int paraboloids[2][3][3] = {
     {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
 };
 
-/* Sets a row of a column-major matrix: scale * (axis . (p - eye)) + add. */
-static void set_row(double clip[16], int row, const int axis[3],
-                    const double eye[3], double scale, double add)
+/* Draws a face, or a paraboloid. */
+static void draw(view_capture *c, view_room *room, view_room_draw *d, int index,
+                 cube_level to)
 {
-    double along = 0;
+    const bool two = d->paraboloid = c->kind == VIEW_PROBE_PARABOLOIDS;
 
     for (int k = 0; k < 3; k++) {
-        clip[4 * k + row] = scale * axis[k];
-        along += axis[k] * eye[k];
+        const int(*axes)[3] = two ? paraboloids[index] : faces[index];
+        d->camera.forward[k] = axes[0][k];
+        d->camera.right[k] = axes[1][k];
+        d->camera.up[k] = axes[2][k];
     }
-    clip[12 + row] = add - scale * along;
-}
-
-/* bent: for shaders/paraboloid.glsl, distances in units of far. */
-static void set_clip(const view_capture_shot *s, const int axes[3][3],
-                     bool bent, double clip[16])
-{
-    static const int none[3];
-    const double far = s->far, *eye = s->draw.eye;
-    const double unit = bent ? 1 / far : 1;
-
-    set_row(clip, 0, axes[1], eye, unit, 0);
-    set_row(clip, 1, axes[2], eye, unit, 0);
-    if (bent) {
-        set_row(clip, 2, axes[0], eye, unit, 0);
-        set_row(clip, 3, none, eye, 0, near / far);
-    } else {
-        set_row(clip, 2, axes[0], eye, (far + near) / (far - near),
-                -2 * far * near / (far - near));
-        set_row(clip, 3, axes[0], eye, 1, 0);
-    }
-}
-
-static void draw(const view_capture *c, const view_capture_shot *shot,
-                 int index)
-{
-    const bool two = picture_count(c) == 2;
-    const int n = picture_count(c) * c->size;
-    view_room_draw d = shot->draw;
-
-    d.paraboloid = two;
-    set_clip(shot, two ? paraboloids[index] : faces[index], two, d.clip);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->picture[two ? index : 0].framebuffer);
-    gl.Viewport(0, 0, n, n);
-    view_room_render(shot->room, &d);
-    if (two)
+    if (!view_room_render(room, d, &c->picture[two ? index : 0]) || two)
         return;
     view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
-    fill(c, FACE, c->lookup, 0, 0, index, n);
+    fill(c, FACE, (cube_level){c->lookup, 0, 0, c->size}, index, 0, 0);
+    fill(c, FACE, to, index, 0, 0);
 }
 
 /* ---- lookups ----------------------------------------------------------- */
 
-static void resample(const view_capture *c)
-{
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
-    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1].texture);
-    for (int f = 0; f < IBL_FACES; f++)
-        fill(c, PARABOLOID, c->lookup, 0, 0, f, c->size);
-}
-
-/* Copies level 0 of the lookups to level 0 of the shot's cube. */
-static void copy(const view_capture *c, const view_capture_shot *shot)
-{
-    const int n = c->size;
-
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->source);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, c->target);
-    for (int f = 0; f < IBL_FACES; f++) {
-        attach(GL_READ_FRAMEBUFFER, c->lookup, 0, 0, f);
-        attach(GL_DRAW_FRAMEBUFFER, shot->to->specular, shot->layer, 0, f);
-        gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT,
-                           GL_NEAREST);
-    }
-}
-
-/* Makes a level of the lookups from the bound source, so that lookups have the
- * variance VIEW_CAPTURE_BLUR everywhere. The blur adds what is missing. Already
- * there, in texels of this level: 1/6 of a texel of that place, by
- * interpolation; from level - 1 a quarter of the whole; from the halved cube
- * 1/6 by interpolation and 3/16 - 1/48 by halving. */
+/* Makes a level of the lookups from the one before, so that lookups have the
+ * variance blur_variance everywhere. The blur adds what is missing. Already
+ * there: 1/6 of a texel of that place, by interpolation, and from level 1 on a
+ * quarter of the whole. */
 static void blur(const view_capture *c, int level)
 {
-    const pass *p = &c->pass[BLUR];
     const int n = c->size >> level;
     const double mean = 4 * M_PI / (6.0 * n * n);
     const double middle = 4.0 / n / n; /* the solid angle there */
-    const bool first = level == 1;
-    const double all = VIEW_CAPTURE_BLUR * mean * (first ? 1 : 0.75);
 
-    gl.UseProgram(p->program);
-    gl.Uniform2f(p->spread, (float)all,
-                 (float)(middle * (first ? 0.5 : 1.0 / 6)));
-    gl.Uniform1i(p->rings, first ? 2 : 3);
-    for (int f = 0; f < IBL_FACES; f++)
-        fill(c, BLUR, c->lookup, 0, level, f, n);
+    use_lookups(c, level - 1, level - 1);
+    fill_all(c, BLUR, (cube_level){c->lookup, 0, level, n},
+             blur_variance * mean * (level > 1 ? 0.75 : 1),
+             middle / (level > 1 ? 6 : 24));
 }
 
-static void make_lookups(const view_capture *c)
+void view_capture_update(view_capture *c, view_room *room,
+                         const view_room_draw *draw_by, const view_cubes *to,
+                         int layer)
 {
-    const int last = view_capture_lookups(c->size) - 1;
+    const cube_level first = {to->specular, layer, 0, c->size};
+    const int blurs = lookup_levels(c->size) - 1;
+    const bool two = c->kind == VIEW_PROBE_PARABOLOIDS;
+    view_room_draw d = *draw_by;
 
-    use_lookups(c, 0, 0);
-    for (int f = 0; f < IBL_FACES; f++)
-        fill(c, MIP, c->halved, 0, 0, f, c->size / 2);
-    bind(VIEW_CAPTURE_UNIT, c->halved);
-    blur(c, 1);
-    for (int level = 2; level <= last; level++) {
-        use_lookups(c, level - 1, level - 1);
+    for (int i = 0; i < (two ? 2 : IBL_FACES); i++)
+        draw(c, room, &d, i, first);
+    if (two) {
+        view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
+        view_gl_bind(VIEW_CAPTURE_UNIT_AWAY, GL_TEXTURE_2D,
+                     c->picture[1].texture);
+        fill_all(c, PARABOLOID, (cube_level){c->lookup, 0, 0, c->size}, 0, 0);
+        fill_all(c, PARABOLOID, first, 0, 0);
+    }
+    for (int level = 1; level <= blurs; level++)
         blur(c, level);
-    }
-    use_lookups(c, 0, last);
-}
-
-/* level c->levels: irradiance. */
-static void filter(const view_capture *c, const view_capture_shot *shot,
-                   int level, int face)
-{
-    const pass *p = &c->pass[LOBE];
-    const bool diffuse = level == c->levels;
-
-    bind(VIEW_CAPTURE_UNIT, c->lookup);
+    use_lookups(c, 0, blurs);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    gl.UseProgram(p->program);
-    gl.Uniform1i(p->row, level - 1);
-    gl.Uniform1i(p->count,
-                 diffuse ? VIEW_CAPTURE_MOST_SAMPLES : VIEW_CAPTURE_SAMPLES);
-    if (diffuse)
-        fill(c, LOBE, shot->to->irradiance, shot->layer, 0, face,
-             VIEW_CAPTURE_IRRADIANCE);
-    else
-        fill(c, LOBE, shot->to->specular, shot->layer, level, face,
-             ibl_cube_edge(c->size, level));
-}
-
-/* ---- updates ----------------------------------------------------------- */
-
-static int step_count(const view_capture *c)
-{
-    return side_count(c) + 1 + IBL_FACES * c->levels;
-}
-
-/* Returns the part that the step's time counts for. */
-static int do_step(const view_capture *c, const view_capture_shot *shot)
-{
-    const int index = c->step - side_count(c);
-
-    if (index < 0) {
-        draw(c, shot, c->step);
-        return VIEW_CAPTURE_DRAWING;
-    }
-    if (index > 0) {
-        const int level = 1 + (index - 1) / IBL_FACES;
-        filter(c, shot, level, (index - 1) % IBL_FACES);
-        return level == c->levels ? VIEW_CAPTURE_DIFFUSE : VIEW_CAPTURE_LEVELS;
-    }
-    if (c->kind == VIEW_PROBE_PARABOLOIDS)
-        resample(c);
-    copy(c, shot);
-    make_lookups(c);
-    return VIEW_CAPTURE_LEVELS;
-}
-
-static void timed_step(view_capture *c, const view_capture_shot *shot)
-{
-    const double started = ibl_now();
-    const int part = do_step(c, shot);
-
-    if (shot->timed)
-        gl.Finish();
-    c->ms[part] += 1e3 * (ibl_now() - started);
-    c->step++;
-}
-
-view_capture_state view_capture_update(view_capture *c,
-                                       const view_capture_shot *shot, int steps)
-{
-    const int all = step_count(c);
-
-    if (!steps)
-        c->step = 0;
-    if (!c->step)
-        memset(c->ms, 0, sizeof c->ms);
-    const int end = steps && c->step + steps < all ? c->step + steps : all;
-    while (c->step < end)
-        timed_step(c, shot);
+    for (int l = 1; l < c->levels; l++)
+        fill_all(
+            c, LOBE,
+            (cube_level){to->specular, layer, l, ibl_cube_edge(c->size, l)},
+            l - 1, SAMPLES);
+    fill_all(c, LOBE,
+             (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE},
+             c->levels - 1, MOST_SAMPLES);
     gl.UseProgram(0);
     gl.ActiveTexture(GL_TEXTURE0);
-    if (c->step < all)
-        return VIEW_CAPTURE_BEGUN;
-    c->step = 0;
-    return view_gl_check("a capture") ? VIEW_CAPTURE_DONE : VIEW_CAPTURE_FAILED;
-}
-
-const double *view_capture_times(const view_capture *c)
-{
-    return c->ms;
 }

@@ -1,19 +1,12 @@
 # SPDX-License-Identifier: MIT
-# Shader files to a C table of names and texts (view/program.h), a string for
+# Shader files to a C table of names and texts (view/gl.h), a string for
 # each line. A shader is the texts of the files that it includes, each once,
-# and its own, whose lines are counted from 1.
-BEGIN {
-    print "/* Made by the build from src/view/shaders. */"
-    print "#include \"view/program.h\"\n"
-}
+# and its own; the lines of each are counted from 1.
 FNR == 1 {
-    if (NR > 1)
-        print "    ;"
     name = FILENAME
     sub(/.*\//, "", name)
     names[++count] = name
-    place[name] = count
-    printf "static const char text%d[] =\n    \"#line 1\\n\"\n", count
+    text[name] = "    \"#line 1\\n\"\n"
 }
 /^#include "/ {
     split($0, words, "\"")
@@ -23,31 +16,30 @@ FNR == 1 {
 {
     gsub(/\\/, "\\\\")
     gsub(/"/, "\\\"")
-    printf "    \"%s\\n\"\n", $0
+    text[name] = text[name] "    \"" $0 "\\n\"\n"
 }
 function add(file, had, all, n, i) {
-    if (file in had)
+    if (had[file]++)
         return
-    had[file]
-    if (!(file in place)) {
+    if (!(file in text)) {
         print "embed.awk: a shader includes " file ", which is not there" \
             > "/dev/stderr"
-        exit failed = 1
+        exit 1
     }
     n = split(includes[file], all, "\n")
     for (i = 1; i < n; i++)
         add(all[i], had)
-    printf "text%d, ", place[file]
+    printf "%s", text[file]
 }
 END {
-    if (failed)
-        exit 1
-    print "    ;\n\nconst view_shader_file view_shader_files[] = {"
+    print "/* Made by the build from src/view/shaders. */"
+    print "#include \"view/gl.h\"\n"
+    print "const view_shader_file view_shader_files[] = {"
     for (i = 1; i <= count; i++) {
         split("", had)
-        printf "    {\"%s\", {", names[i]
+        printf "    {\"%s\",\n", names[i]
         add(names[i], had)
-        print "0}},"
+        print "    },"
     }
-    print "    {0, {0}}\n};"
+    print "    {0, 0}\n};"
 }

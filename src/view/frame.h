@@ -10,9 +10,11 @@
 
 /* What is behind everything. */
 enum view_backdrop {
-    VIEW_BACKDROP_NONE,
-    VIEW_BACKDROP_CUBE, /* the skybox or level 0 */
-    VIEW_BACKDROP_MAP   /* the map of the set, which the renderer finds */
+    VIEW_BACKDROP_COLOUR,
+    VIEW_BACKDROP_CUBE,  /* the skybox or level 0 */
+    VIEW_BACKDROP_MAP,   /* the map of the set, which the renderer finds */
+    VIEW_BACKDROP_LEVEL, /* the specular chain */
+    VIEW_BACKDROPS
 };
 
 typedef struct view_frame {
@@ -24,22 +26,33 @@ typedef struct view_frame {
                          width of a place in pixels */
     float lod[4];     /* scale, offset, last level, mapping (baked_set) */
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
-                         (ibl_geometry), yaw of the map in turns,
-                         settings.blur */
+                         (ibl_geometry), yaw of the map in turns, 1 if the
+                         reference has the map's texture */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
                                                 environment; their radius */
     float disc_irradiance[IBL_MAX_LIGHTS][4];
     float light_position[4][4];  /* world, 1 */
     float light_intensity[4][4]; /* RGB, 0 */
+    float background[4]; /* colour, times alpha, and alpha; or a level, below
+                            0: of the roughness; the roughness */
+    float constant[4];   /* mean radiance of the set, for VIEW_PARTS_AMBIENT */
+    float override_colour[4]; /* of materials: see view_override; roughness */
+    float override_f0[4];     /* of the dielectric; metallic */
+    float ground_light[16];   /* of view_ground: from the main light, as clip */
+    float ground_sun[4];      /* its irradiance / pi there */
+    float ground[4]; /* height, radius, tangent of the light's radius, 1 with
+                        the light */
+    int parts[4];    /* view_parts, rough_fresnel, view_override, ground */
     int shading[4]; /* multiscatter, lights, view_backdrop, 1 if the sky texture
                        has filterable levels, else 0 */
     int choice[4];  /* mode, diffuse, layout, level */
     int reflection[4];   /* view_reflection; that of the other picture; number
                             of discs; number that the sky lacks */
     float inspect_at[4]; /* zoom, pan x, pan y, rows of the grid */
-    float display[4];    /* 2^ev, split, gain, 1 if the reference has
-                            the map's texture, else 0 */
+    int looks[4];        /* view_channel; filter; 1 if the background is
+                            transparent */
+    float display[4];    /* 2^ev, split, gain, 0 */
     int show[4];         /* tone, below 0: linear values; false_colour;
                             compare; columns of the grid, 0: no grid is split */
     int sampling[4];     /* of the reference (truth.h): first sample, number;
@@ -54,6 +67,32 @@ enum {
     VIEW_FRAME_LINEAR = offsetof(view_frame, display)
 };
 
+/* What a program of surface.frag is for: each has variants, for software draws
+ * all branches of a pixel. */
+typedef struct view_lighting {
+    view_reflection reflection; /* VIEW_REFERENCE: by samples (truth.h) */
+    view_diffuse diffuse;       /* never AUTO */
+    view_parts parts;           /* VIEW_PARTS_COUNT: numbers of materials */
+    bool rough_fresnel, override;
+    bool sheen;    /* the set has it; no part of the key, as what follows */
+    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl */
+    bool mirrored; /* the picture is */
+} view_lighting;
+
+enum {
+    VIEW_LIGHTINGS = (int)VIEW_REFLECTIONS * (int)VIEW_DIFFUSE_AUTO *
+                     ((int)VIEW_PARTS_COUNT + 1) * 4
+};
+
+/* A number below VIEW_LIGHTINGS, and what defines the variant of one. */
+int view_lighting_key(const view_lighting *l);
+void view_lighting_define(int key, char *text, size_t size);
+
+/* How diffuse light of the settings is looked up: never AUTO. */
+view_diffuse view_diffuse_of(const view_settings *s, const baked_set *set);
+/* What it says of the camera and the size of the picture. */
+void view_frame_camera(view_frame *f, const view_camera *c, int width,
+                       int height);
 void view_frame_fill(view_frame *f, const view_settings *s,
                      const baked_set *set, int width, int height);
 

@@ -1,18 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/gl.h"
 
-#include "view/message.h"
+#include <dlfcn.h>
 #include <stdint.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "common/path.h"
+#include "common/signals.h"
+#include "engine/picture.h"
+#include "view/message.h"
 
 view_gl gl;
 
 static GLuint nothing; /* a vertex array without attributes */
+static GLuint timers[2];
 
-/* ISO C converts between types of functions, but not through void *. */
-static bool find_all(view_gl_proc *(*get)(const char *))
+bool view_gl_load(view_gl_proc *(*get)(const char *name))
 {
+    /* ISO C converts between types of functions, but not through void *. */
 #define VIEW_GL_FIND(name)                                                     \
     gl.name = (__typeof__(gl.name))get("gl" #name);                            \
     if (!gl.name)                                                              \
@@ -20,54 +28,19 @@ static bool find_all(view_gl_proc *(*get)(const char *))
                          ": its driver is too old or broken");
     VIEW_GL_FUNCTIONS(VIEW_GL_FIND)
 #undef VIEW_GL_FIND
-    return true;
-}
-
-bool view_gl_load(view_gl_proc *(*get)(const char *name))
-{
-    int major = 0, minor = 0;
-    GLint profile = 0;
-
-    gl.GetString = (__typeof__(gl.GetString))get("glGetString");
-    if (!gl.GetString)
-        return view_fail("OpenGL has no glGetString: it is not installed as "
-                         "a whole");
-    const char *version = (const char *)gl.GetString(GL_VERSION);
-    if (!version || sscanf(version, "%d.%d", &major, &minor) != 2)
-        return view_fail("OpenGL does not tell its version: no context");
-    if (major < 3 || (major == 3 && minor < 3))
-        return view_fail("OpenGL 3.3 core is needed, this is \"%s\"", version);
-    if (!find_all(get))
-        return false;
-    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
-    if (!(profile & GL_CONTEXT_CORE_PROFILE_BIT))
-        return view_fail("OpenGL 3.3 core is needed, this is \"%s\" without "
-                         "a core profile",
-                         version);
     gl.GenVertexArrays(1, &nothing);
+    gl.GenQueries(2, timers);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    /* Coverage is alpha; alpha of pictures stays 1. */
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    view_gl_blend_over();
     return true;
 }
 
-bool view_gl_has_cube_arrays(void)
+void view_gl_blend_over(void)
 {
-    GLint major = 0, count = 0;
-
-    gl.GetIntegerv(GL_MAJOR_VERSION, &major);
-    if (major >= 4)
-        return true;
-    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (int i = 0; i < count; i++) {
-        const GLubyte *name = gl.GetStringi(GL_EXTENSIONS, (GLuint)i);
-        if (name &&
-            !strcmp((const char *)name, "GL_ARB_texture_cube_map_array"))
-            return true;
-    }
-    return false;
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE,
+                         GL_ONE_MINUS_SRC_ALPHA);
 }
 
 void view_gl_bind(int unit, GLenum target, GLuint texture)
@@ -130,18 +103,19 @@ void view_gl_draw_full(GLuint program)
     view_gl_draw(program, GL_TRIANGLES, 3);
 }
 
-static const char *error_name(GLenum error)
+void view_gl_time_begin(void)
 {
-    static const char *const names[] = {"invalid enum",
-                                        "invalid value",
-                                        "invalid operation",
-                                        "stack overflow",
-                                        "stack underflow",
-                                        "out of memory",
-                                        "framebuffer not complete"};
-    const GLenum i = error - GL_INVALID_ENUM;
+    gl.QueryCounter(timers[0], GL_TIMESTAMP);
+}
 
-    return i < sizeof names / sizeof *names ? names[i] : "unknown error";
+double view_gl_time_end(void)
+{
+    GLuint64 ns[2] = {0, 0};
+
+    gl.QueryCounter(timers[1], GL_TIMESTAMP);
+    for (int i = 0; i < 2; i++)
+        gl.GetQueryObjectui64v(timers[i], GL_QUERY_RESULT, &ns[i]);
+    return 1e-6 * (double)(ns[1] - ns[0]);
 }
 
 bool view_gl_check(const char *where)
@@ -153,62 +127,532 @@ bool view_gl_check(const char *where)
     /* A lost context reports errors without end. */
     for (int i = 0; i < 64 && gl.GetError() != GL_NO_ERROR; i++)
         continue;
-    return view_fail("%s: OpenGL says %s (0x%04x)", where, error_name(first),
+    return view_fail("%s: OpenGL has %s 0x%04x", where,
+                     first == GL_OUT_OF_MEMORY ? "no memory" : "the error",
                      first);
 }
 
-/* ---- pictures of triangles, with depth --------------------------------- */
+/* ---- shaders --------------------------------------------------------------
+ */
 
-void view_canvas_free(view_canvas *c)
+enum {
+    LOG_BYTES = 4096
+};
+
+/* Says the first line of an error rather than a warning. */
+static void fail(const char *name, const char *log)
 {
-    gl.DeleteFramebuffers(1, &c->framebuffer);
-    gl.DeleteRenderbuffers(2, c->buffer);
-    *c = (view_canvas){0};
+    const char *line = strstr(log, "rror");
+
+    while (line && line > log && line[-1] != '\n')
+        line--;
+    line = line ? line : log;
+    view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
 }
 
-static void attach(const view_canvas *c, int i, GLenum format, GLenum place)
+/* Binds uniform blocks and samplers, which never changes. */
+static void bind(GLuint program)
 {
+    static const char *const blocks[] = {
+        [VIEW_BLOCK_FRAME] = "Frame",
+        [VIEW_BLOCK_ROOM] = "Room",
+        [VIEW_BLOCK_MATERIAL] = "Material",
+    };
+#define VIEW_SAMPLER(unit, name) name,
+    static const char *const samplers[] = {VIEW_UNITS(VIEW_SAMPLER)};
+
+    for (GLuint i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+        const GLuint block = gl.GetUniformBlockIndex(program, blocks[i]);
+        if (block != GL_INVALID_INDEX)
+            gl.UniformBlockBinding(program, block, i);
+    }
+    gl.UseProgram(program);
+    for (int i = 0; i < VIEW_UNIT_COUNT; i++)
+        gl.Uniform1i(gl.GetUniformLocation(program, samplers[i]), i);
+    gl.UseProgram(0);
+}
+
+GLuint view_program_from(const view_shader_file *files, const char *defines,
+                         const char *vertex_file, const char *fragment_file)
+{
+    const GLuint program = gl.CreateProgram();
+    char log[LOG_BYTES] = "the compiler does not say why";
+    GLint ok = 1;
+
+    for (int i = 0; i < 2 && ok; i++) {
+        const char *name = i ? fragment_file : vertex_file;
+        const view_shader_file *file = files;
+        while (strcmp(file->name, name) != 0)
+            file++;
+        const char *text[] = {
+            "#version 330 core\n"
+            "#extension GL_ARB_texture_cube_map_array : enable\n",
+            defines, file->text};
+        const GLuint shader =
+            gl.CreateShader(i ? GL_FRAGMENT_SHADER : GL_VERTEX_SHADER);
+        gl.ShaderSource(shader, 3, text, NULL);
+        gl.CompileShader(shader);
+        gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+        if (!ok) {
+            gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
+            fail(name, log);
+        }
+        gl.AttachShader(program, shader);
+        gl.DeleteShader(shader); /* with the program */
+    }
+    if (ok) {
+        gl.LinkProgram(program);
+        gl.GetProgramiv(program, GL_LINK_STATUS, &ok);
+        if (!ok) {
+            gl.GetProgramInfoLog(program, sizeof log, NULL, log);
+            fail(fragment_file, log);
+        }
+    }
+    if (ok) {
+        bind(program);
+        return program;
+    }
+    gl.DeleteProgram(program);
+    return 0;
+}
+
+GLuint view_program(const char *vertex_file, const char *fragment_file)
+{
+    return view_program_from(view_shader_files, "", vertex_file, fragment_file);
+}
+
+/* ---- textures -------------------------------------------------------------
+ */
+
+enum {
+    MOST_COLUMNS = 8192 /* of a map as a backdrop: 400 MB */
+};
+
+GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
+{
+    const GLenum target = cubes                     ? GL_TEXTURE_CUBE_MAP_ARRAY
+                          : tex->faces == IBL_FACES ? GL_TEXTURE_CUBE_MAP
+                          : tex->layers > 1         ? GL_TEXTURE_2D_ARRAY
+                                                    : GL_TEXTURE_2D;
+    const ibl_pixel_numbers as = ibl_pixel_numbers_of(tex->pixel);
+    GLuint texture = 0;
     GLint most = 0;
 
-    gl.GetIntegerv(GL_MAX_SAMPLES, &most);
-    const int samples = c->samples < most ? c->samples : most;
-    gl.BindRenderbuffer(GL_RENDERBUFFER, c->buffer[i]);
-    gl.RenderbufferStorageMultisample(GL_RENDERBUFFER,
-                                      samples > 1 ? samples : 0, format,
-                                      c->width, c->height);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER,
-                               c->buffer[i]);
+    gl.GetIntegerv(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
+                                   : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
+                   &most);
+    if (tex->width > most || tex->height > most) {
+        view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at most: "
+                  "bake it smaller",
+                  name, tex->width, tex->height, (int)most, (int)most);
+        return 0;
+    }
+    gl.GenTextures(1, &texture);
+    gl.BindTexture(target, texture);
+    for (int level = 0; level < tex->levels; level++) {
+        const int w = ibl_cube_edge(tex->width, level);
+        const int h = ibl_cube_edge(tex->height, level);
+        if (target == GL_TEXTURE_CUBE_MAP_ARRAY ||
+            target == GL_TEXTURE_2D_ARRAY)
+            gl.TexImage3D(target, level, (GLint)as.gl_internal, w, h,
+                          tex->layers * tex->faces, 0, as.gl_format, as.gl_type,
+                          tex->data + ibl_texture_offset(tex, level, 0));
+        else
+            for (int face = 0; face < tex->faces; face++)
+                gl.TexImage2D(target == GL_TEXTURE_2D
+                                  ? target
+                                  : GL_TEXTURE_CUBE_MAP_POSITIVE_X +
+                                        (GLenum)face,
+                              level, (GLint)as.gl_internal, w, h, 0,
+                              as.gl_format, as.gl_type,
+                              tex->data + ibl_texture_offset(tex, level, face));
+    }
+    view_gl_filter(target, GL_LINEAR, tex->levels);
+    if (view_gl_check(name))
+        return texture;
+    gl.DeleteTextures(1, &texture);
+    return 0;
 }
 
-static void make(view_canvas *c, int width, int height, int samples)
+GLuint view_upload_map(const baked_set *set)
 {
-    view_canvas_free(c);
-    c->width = width, c->height = height, c->samples = samples;
-    gl.GenFramebuffers(1, &c->framebuffer);
-    gl.GenRenderbuffers(2, c->buffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
-    attach(c, 0, GL_RGBA32F, GL_COLOR_ATTACHMENT0);
-    attach(c, 1, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+    const ibl_image *map = view_set_source(set, NULL);
+    GLint most = 0;
+
+    gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+    if (!map || map->width > most || map->width > MOST_COLUMNS)
+        return 0;
+    const GLuint texture =
+        view_float_image(GL_RGB, map->width, map->height, map->data);
+    view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    return texture;
 }
 
-bool view_canvas_begin(view_canvas *c, int width, int height, int samples)
+GLuint view_float_image(GLenum format, int width, int height,
+                        const float *pixels)
 {
-    if (width != c->width || height != c->height || samples != c->samples)
-        make(c, width, height, samples);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
-    gl.Viewport(0, 0, width, height);
-    if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
+    const GLint internal = format == GL_RGB ? GL_RGB32F : GL_RGBA32F;
+    GLuint texture = 0;
+
+    gl.GenTextures(1, &texture);
+    gl.BindTexture(GL_TEXTURE_2D, texture);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format,
+                  GL_FLOAT, pixels);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    return texture;
+}
+
+void view_image_free(view_image *i)
+{
+    gl.DeleteFramebuffers(1, &i->framebuffer);
+    gl.DeleteTextures(1, &i->texture);
+    gl.DeleteRenderbuffers(1, &i->depth);
+    *i = (view_image){0};
+}
+
+bool view_image_make(view_image *i, int width, int height)
+{
+    if (i->width == width && i->height == height)
         return true;
-    return view_fail("this OpenGL has no picture of %d x %d floats with "
-                     "depth: ask for a smaller one",
-                     width, height);
+    view_image_free(i);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    i->texture = view_float_image(GL_RGBA, width, height, NULL);
+    gl.GenRenderbuffers(1, &i->depth);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, i->depth);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width,
+                           height);
+    gl.GenFramebuffers(1, &i->framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, i->framebuffer);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
+                               GL_RENDERBUFFER, i->depth);
+    if (!view_gl_target(i->framebuffer, i->texture))
+        return view_fail("this OpenGL cannot draw into a picture of %d x %d "
+                         "floats: ask for a smaller one",
+                         width, height);
+    i->width = width;
+    i->height = height;
+    return view_gl_check("making a picture");
 }
 
-void view_canvas_end(const view_canvas *c, GLuint framebuffer)
+void view_image_begin(const view_image *i)
 {
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->framebuffer);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-    gl.BlitFramebuffer(0, 0, c->width, c->height, 0, 0, c->width, c->height,
-                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, i->framebuffer);
+    gl.Viewport(0, 0, i->width, i->height);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+}
+
+bool view_mean_add(GLuint program, const view_image *picture, float part,
+                   view_image *mean)
+{
+    if (!view_image_make(mean, picture->width, picture->height))
+        return false;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, mean->framebuffer);
+    gl.Viewport(0, 0, mean->width, mean->height);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture->texture);
+    gl.BlendColor(0, 0, 0, part);
+    gl.BlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+    if (part < 1) /* else the mean may hold NaN */
+        gl.Enable(GL_BLEND);
+    view_gl_draw_full(program);
+    gl.Disable(GL_BLEND);
+    view_gl_blend_over();
+    return true;
+}
+
+/* ---- pictures -------------------------------------------------------------
+ */
+
+void view_picture_flip(void *pixels, size_t row_bytes, int height)
+{
+    for (int i = 0; i < height / 2; i++) {
+        unsigned char *a = (unsigned char *)pixels + (size_t)i * row_bytes;
+        unsigned char *b = a + (size_t)(height - 1 - 2 * i) * row_bytes;
+        for (size_t x = 0; x < row_bytes; x++) {
+            const unsigned char kept = a[x];
+            a[x] = b[x];
+            b[x] = kept;
+        }
+    }
+}
+
+unsigned char *view_picture_read(GLuint framebuffer, int width, int height,
+                                 int channels)
+{
+    const size_t row_bytes = (size_t)channels * (size_t)width;
+    unsigned char *pixels = ibl_need(malloc(row_bytes * (size_t)height));
+
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    gl.ReadPixels(0, 0, width, height, channels == 3 ? GL_RGB : GL_RGBA,
+                  GL_UNSIGNED_BYTE, pixels);
+    view_picture_flip(pixels, row_bytes, height);
+    return pixels;
+}
+
+bool view_picture_is_linear(const char *path)
+{
+    const size_t length = strlen(path);
+
+    return length > 4 && !strcasecmp(path + length - 4, ".exr");
+}
+
+bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
+                        int channels, const void *pixels)
+{
+    static const ibl_picture_options exr = {.kind = IBL_PICTURE_EXR};
+    ibl_outputs *outputs = NULL;
+    ibl_blob file = {0};
+    bool ok;
+
+    if (view_picture_is_linear(path))
+        ok = !ibl_picture_encode(ctx, path, &exr, width, height, pixels, &file);
+    else
+        ok = ibl_png_encode(pixels, channels, width, height, NULL, &file) ||
+             view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
+                       height);
+    ok = ok && !ibl_outputs_create(ctx, 0, &outputs) &&
+         !ibl_outputs_add(outputs, path, file.bytes, file.size) &&
+         !ibl_outputs_commit(outputs);
+    ibl_outputs_free(outputs);
+    ibl_blob_free(&file);
+    return ok;
+}
+
+char *view_picture_name(const char *path, int number)
+{
+    const char *dot = strrchr(ibl_path_name(path), '.');
+    char *name = NULL;
+
+    dot = dot ? dot : path + strlen(path);
+    ibl_append(&name, "%.*s-%03d%s", (int)(dot - path), path, number, dot);
+    return name;
+}
+
+/* ---- pictures in memory ---------------------------------------------------
+ */
+
+/* From EGL/egl.h and eglext.h, which need not be installed, and GL/osmesa.h,
+ * which cannot be included with GL/glcorearb.h. */
+enum {
+    EGL_PBUFFER_BIT = 1,
+    EGL_OPENGL_BIT = 8,
+    EGL_ALPHA_SIZE = 0x3021,
+    EGL_BLUE_SIZE,
+    EGL_GREEN_SIZE,
+    EGL_RED_SIZE,
+    EGL_SURFACE_TYPE = 0x3033,
+    EGL_NONE = 0x3038,
+    EGL_RENDERABLE_TYPE = 0x3040,
+    EGL_EXTENSIONS = 0x3055,
+    EGL_HEIGHT,
+    EGL_WIDTH,
+    EGL_CONTEXT_MAJOR_VERSION = 0x3098,
+    EGL_OPENGL_API = 0x30A2,
+    EGL_CONTEXT_MINOR_VERSION = 0x30FB,
+    EGL_CONTEXT_OPENGL_PROFILE_MASK = 0x30FD,
+    EGL_PLATFORM_DEVICE_EXT = 0x313F,
+    OSMESA_PROFILE = 0x33,
+    OSMESA_CORE_PROFILE = 0x34,
+    OSMESA_CONTEXT_MAJOR_VERSION = 0x36,
+    OSMESA_CONTEXT_MINOR_VERSION = 0x37,
+    DEVICES = 16
+};
+
+/* clang-format off */
+#define EGL_CALLS(X)                                                           \
+    X(unsigned, QueryDevicesEXT, (int most, void **devices, int *count))       \
+    X(const char *, QueryDeviceStringEXT, (void *device, int name))            \
+    X(void *, GetPlatformDisplayEXT, (int kind, void *of, const int *list))    \
+    X(unsigned, Initialize, (void *display, int *major, int *minor))           \
+    X(unsigned, Terminate, (void *display))                                    \
+    X(unsigned, BindAPI, (unsigned api))                                       \
+    X(unsigned, ChooseConfig, (void *display, const int *list, void **configs, \
+                               int most, int *count))                          \
+    X(void *, CreateContext, (void *display, void *config, void *share,        \
+                              const int *list))                                \
+    X(void *, CreatePbufferSurface, (void *display, void *config,              \
+                                     const int *list))                         \
+    X(unsigned, MakeCurrent, (void *display, void *draw, void *read,           \
+                              void *context))
+/* clang-format on */
+
+struct view_screen {
+    struct {
+#define EGL_MEMBER(type, name, arguments) type(*name) arguments;
+        EGL_CALLS(EGL_MEMBER)
+    } egl;
+    void *display; /* EGL's, or NULL */
+    struct {
+        void *(*CreateContextAttribs)(const int *list, void *share);
+        void (*DestroyContext)(void *context);
+        GLboolean (*MakeCurrent)(void *context, void *buffer, GLenum type,
+                                 GLsizei width, GLsizei height);
+    } osmesa;
+    void *context;         /* OSMesa's, or NULL */
+    unsigned char *pixels; /* its framebuffer 0, RGBA, rows from the bottom */
+};
+
+static const char *by = "GLFW";
+
+const char *view_screen_by(void)
+{
+    return by;
+}
+
+/* POSIX lets dlsym return a function; C has no cast for it. */
+static bool find(void *library, const char *name, void *call)
+{
+    void *symbol = dlsym(library, name);
+    memcpy(call, &symbol, sizeof symbol);
+    return symbol != NULL;
+}
+
+static void close_egl(view_screen *s)
+{
+    if (!s->display)
+        return;
+    s->egl.MakeCurrent(s->display, NULL, NULL, NULL);
+    s->egl.Terminate(s->display);
+    s->display = NULL;
+}
+
+static bool open_device(view_screen *s, int width, int height, void *device,
+                        bool software, view_gl_proc *(*get)(const char *))
+{
+    static const int wanted[][2] = {{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT},
+                                    {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT},
+                                    {EGL_RED_SIZE, 8},
+                                    {EGL_GREEN_SIZE, 8},
+                                    {EGL_BLUE_SIZE, 8},
+                                    {EGL_ALPHA_SIZE, 8},
+                                    {EGL_NONE}};
+    static const int core[][2] = {{EGL_CONTEXT_MAJOR_VERSION, 3},
+                                  {EGL_CONTEXT_MINOR_VERSION, 3},
+                                  {EGL_CONTEXT_OPENGL_PROFILE_MASK, 1},
+                                  {EGL_NONE}};
+    const int size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
+    const char *has = s->egl.QueryDeviceStringEXT(device, EGL_EXTENSIONS);
+    void *config, *context, *surface;
+    int count = 0;
+
+    if (!software && has && strstr(has, "EGL_MESA_device_software"))
+        return false;
+    s->display =
+        s->egl.GetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, NULL);
+    if (!s->display || !s->egl.Initialize(s->display, NULL, NULL) ||
+        !s->egl.BindAPI(EGL_OPENGL_API) ||
+        !s->egl.ChooseConfig(s->display, *wanted, &config, 1, &count) || !count)
+        return false;
+    context = s->egl.CreateContext(s->display, config, NULL, *core);
+    surface = s->egl.CreatePbufferSurface(s->display, config, size);
+    return context && surface &&
+           s->egl.MakeCurrent(s->display, surface, surface, context) &&
+           view_gl_load(get) &&
+           (software ||
+            !strstr((const char *)gl.GetString(GL_RENDERER), "llvmpipe"));
+}
+
+/* Opens the first GPU of the system, in silence if there is none. */
+static bool open_egl(view_screen *s, int width, int height, void *library,
+                     bool software)
+{
+    view_gl_proc *(*get)(const char *name);
+    void *devices[DEVICES];
+    int count = 0;
+
+    if (!find(library, "eglGetProcAddress", &get))
+        return false;
+#define EGL_FIND(type, name, arguments)                                        \
+    s->egl.name = (__typeof__(s->egl.name))get("egl" #name);                   \
+    if (!s->egl.name)                                                          \
+        return false;
+    EGL_CALLS(EGL_FIND)
+    s->egl.QueryDevicesEXT(DEVICES, devices, &count);
+    for (int i = 0; i < count; i++) {
+        if (open_device(s, width, height, devices[i], software, get))
+            return true;
+        close_egl(s);
+    }
+    return false;
+}
+
+/* By default OSMesa draws RGBA without depth or stencil. It loads LLVM, which
+ * does not survive being unloaded. */
+static bool open_osmesa(view_screen *s, int width, int height, void *library)
+{
+    static const int core[][2] = {{OSMESA_PROFILE, OSMESA_CORE_PROFILE},
+                                  {OSMESA_CONTEXT_MAJOR_VERSION, 3},
+                                  {OSMESA_CONTEXT_MINOR_VERSION, 3},
+                                  {0}};
+    view_gl_proc *(*get)(const char *name) = NULL;
+
+    if (find(library, "OSMesaCreateContextAttribs",
+             &s->osmesa.CreateContextAttribs) &&
+        find(library, "OSMesaDestroyContext", &s->osmesa.DestroyContext) &&
+        find(library, "OSMesaMakeCurrent", &s->osmesa.MakeCurrent) &&
+        find(library, "OSMesaGetProcAddress", &get))
+        s->context = s->osmesa.CreateContextAttribs(*core, NULL);
+    if (!s->context)
+        return view_fail("this OSMesa has no OpenGL 3.3 core: update package "
+                         "libosmesa6");
+    s->pixels = ibl_need(calloc((size_t)width * (size_t)height, 4));
+    return s->osmesa.MakeCurrent(s->context, s->pixels, GL_UNSIGNED_BYTE, width,
+                                 height)
+               ? view_gl_load(get)
+               : view_fail("OSMesa does not draw pictures of %d x %d pixels: "
+                           "ask for a smaller one",
+                           width, height);
+}
+
+void view_screen_close(view_screen *s)
+{
+    if (!s)
+        return;
+    close_egl(s);
+    if (s->context) {
+        s->osmesa.MakeCurrent(NULL, NULL, 0, 0, 0);
+        s->osmesa.DestroyContext(s->context);
+    }
+    free(s->pixels);
+    free(s);
+    by = "GLFW";
+}
+
+/* Where no driver has made one of these there is no GPU, and loading EGL would
+ * take longer than a small picture. */
+static bool has_gpu(void)
+{
+    return !access("/dev/dri", F_OK) || !access("/dev/nvidiactl", F_OK) ||
+           !access("/dev/dxg", F_OK);
+}
+
+view_screen *view_screen_memory(int width, int height,
+                                const char *const *libraries)
+{
+    static const char *const usual[] = {"libEGL.so.1", "libOSMesa.so.8",
+                                        "libOSMesa.so.6", "libOSMesa.so", NULL};
+    view_screen *s = ibl_need(calloc(1, sizeof *s));
+    void *library = NULL;
+    bool ok = false;
+
+    for (int i = 0; (libraries ? libraries : usual)[i] && !ok; i++) {
+        const char *name = (libraries ? libraries : usual)[i];
+        const bool egl = !strncmp(name, "libEGL", 6);
+        if ((egl && !libraries && !has_gpu()) ||
+            !(library = dlopen(name, RTLD_NOW | RTLD_LOCAL)))
+            continue;
+        by = egl ? "EGL" : "OSMesa";
+        ok = egl ? open_egl(s, width, height, library, libraries)
+                 : open_osmesa(s, width, height, library);
+        if (!ok && !egl)
+            break;
+        library = ok ? library : NULL;
+    }
+    if (ok)
+        return s;
+    if (!library)
+        view_fail("pictures without a display need OSMesa: install package "
+                  "libosmesa6");
+    view_screen_close(s);
+    return NULL;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* OpenGL 3.3 core: gl.Clear is glClear. No loader library supports OSMesa.
- * Missing functions may be stubs, so the version decides what is available. */
+/* OpenGL 3.3 core, and ARB_texture_cube_map_array for the room: gl.Clear is
+ * glClear. No loader library supports OSMesa. */
 #ifndef VIEW_GL_H
 #define VIEW_GL_H
 
@@ -11,29 +11,33 @@
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
+#include "view/baked_set.h"
+
 /* The functions that the viewer calls. */
 /* clang-format off */
 #define VIEW_GL_FUNCTIONS(X)                                                   \
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
     X(BindBufferRange) X(BindFramebuffer) X(BindRenderbuffer) X(BindSampler)   \
-    X(BindTexture) X(BindVertexArray) X(BlendFuncSeparate) X(BlitFramebuffer)  \
-    X(BufferData) X(BufferSubData) X(CheckFramebufferStatus) X(Clear)          \
-    X(ClearColor) X(ColorMask) X(CompileShader) X(CreateProgram)               \
-    X(CreateShader) X(CullFace) X(DeleteBuffers) X(DeleteFramebuffers)         \
-    X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
+    X(BindTexture) X(BindVertexArray) X(BlendColor) X(BlendFunc)               \
+    X(BlendFuncSeparate) X(BufferData) X(BufferSubData)     \
+    X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(ColorMask)              \
+    X(CompileShader) X(CreateProgram) X(CreateShader) X(CullFace)              \
+    X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram)                    \
+    X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)                   \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
-    X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawElements) X(Enable) X(EnableVertexAttribArray) X(Finish)             \
-    X(FramebufferRenderbuffer) X(FramebufferTexture2D)                         \
+    X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
+    X(DrawBuffer) X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
+    X(Finish) X(FramebufferRenderbuffer) X(FramebufferTexture2D)               \
     X(FramebufferTextureLayer) X(FrontFace) X(GenBuffers) X(GenFramebuffers)   \
-    X(GenRenderbuffers) X(GenSamplers) X(GenTextures) X(GenVertexArrays)       \
-    X(GetError) X(GetIntegerv) X(GetProgramInfoLog) X(GetProgramiv)            \
-    X(GetShaderInfoLog) X(GetShaderiv) X(GetString) X(GetStringi)              \
+    X(GenQueries) X(GenRenderbuffers) X(GenSamplers) X(GenTextures)            \
+    X(GenVertexArrays) X(GenerateMipmap) X(GetError) X(GetIntegerv)            \
+    X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v)              \
+    X(GetShaderInfoLog) X(GetShaderiv) X(GetString)              \
     X(GetTexImage) X(GetUniformBlockIndex) X(GetUniformLocation)               \
-    X(LinkProgram) X(PixelStorei) X(ReadPixels) X(RenderbufferStorage)         \
-    X(RenderbufferStorageMultisample) X(SamplerParameteri) X(ShaderSource)     \
-    X(GenerateMipmap) X(TexBuffer) X(TexImage2D) X(TexImage3D)                 \
-    X(TexParameteri) X(TexSubImage3D) X(Uniform1f) X(Uniform1i) X(Uniform2f)   \
+    X(LinkProgram) X(PixelStorei) X(QueryCounter) X(ReadPixels)                \
+    X(RenderbufferStorage) X(SamplerParameteri) X(Scissor) X(ShaderSource)     \
+    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri)                  \
+    X(TexSubImage3D) X(Uniform1f) X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
     X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
     X(VertexAttribDivisor) X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
@@ -48,13 +52,13 @@ extern view_gl gl;
 
 typedef void view_gl_proc(void);
 
-/* Fills gl for the current context and sets the state that no other call
- * changes: seamless cubes, rows without padding, and blending source over with
- * the alpha kept. False, with a message, without OpenGL 3.3 core. */
+/* Fills gl for the current context, which is of OpenGL 3.3 core, and sets the
+ * state that no other call changes: seamless cubes, rows without padding, and
+ * view_gl_blend_over. False, with a message: a function is missing. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
-/* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or
- * ARB_texture_cube_map_array. */
-bool view_gl_has_cube_arrays(void);
+/* Blending with the part of the pixel that alpha says is covered, in pictures
+ * whose colours are times their alpha. */
+void view_gl_blend_over(void);
 
 /* Binds a texture to a unit and activates the unit. */
 void view_gl_bind(int unit, GLenum target, GLuint texture);
@@ -75,23 +79,159 @@ void view_gl_draw(GLuint program, GLenum mode, int count);
 /* Draws the triangle of full.vert with a program. */
 void view_gl_draw_full(GLuint program);
 
+/* The time that OpenGL takes between these calls, in milliseconds; end waits
+ * for it. 0: it has no timer. */
+void view_gl_time_begin(void);
+double view_gl_time_end(void);
+
 /* False, with a message that begins with where, if OpenGL has an error. */
 bool view_gl_check(const char *where);
 
-/* ---- pictures of triangles, with depth --------------------------------- */
+/* ---- shaders --------------------------------------------------------------
+ */
 
-typedef struct view_canvas {
-    GLuint framebuffer, buffer[2]; /* colour and depth */
-    int width, height, samples;
-} view_canvas;
+/* The build puts src/view/shaders into the program (build/gen/shaders.c). Lines
+ * `#include "name.glsl"` put files, each once, before the one that has them.
+ * Each shader begins with `#version 330 core`. Messages have the line in the
+ * file that it is from. */
 
-/* Binds a framebuffer for a picture of width x height pixels, with that many
- * samples of each pixel or as many as OpenGL has, and sets the viewport.
- * Allocates only if size or samples change. False, with a message. */
-bool view_canvas_begin(view_canvas *c, int width, int height, int samples);
-/* Writes the picture, the mean of the samples, to a framebuffer of that size,
- * and binds that. */
-void view_canvas_end(const view_canvas *c, GLuint framebuffer);
-void view_canvas_free(view_canvas *c); /* zeroed is fine */
+/* The table that the build makes, ended by a NULL name. */
+typedef struct view_shader_file {
+    const char *name, *text;
+} view_shader_file;
+extern const view_shader_file view_shader_files[];
+
+/* Compiles and links, and binds uniform blocks and samplers by name to the
+ * places below. 0, with the compiler's first line as the message, after an
+ * error. */
+GLuint view_program(const char *vertex_file, const char *fragment_file);
+/* The same from another table, with lines "#define NAME VALUE"
+ * before both shaders. */
+GLuint view_program_from(const view_shader_file *files, const char *defines,
+                         const char *vertex_file, const char *fragment_file);
+
+/* Bindings of uniform blocks: "Frame", "Room", "Material". */
+enum {
+    VIEW_BLOCK_FRAME,
+    VIEW_BLOCK_ROOM,
+    VIEW_BLOCK_MATERIAL
+};
+
+/* Texture units, and the names of their samplers: of the set, of the linear
+ * picture and what it is compared with, of the reference, of the ground, of the
+ * room, and of captures. Those of models follow (view/model.c). */
+/* clang-format off */
+#define VIEW_UNITS(X)                                                          \
+    X(VIEW_UNIT_SPECULAR, "specular_map")                                      \
+    X(VIEW_UNIT_IRRADIANCE, "irradiance_map")                                  \
+    X(VIEW_UNIT_LUT, "lut_map")                                                \
+    X(VIEW_UNIT_SKY, "sky_map")                                                \
+    X(VIEW_UNIT_LOBES, "lobe_map")                                             \
+    X(VIEW_UNIT_SHEEN, "sheen_chain")                                          \
+    X(VIEW_UNIT_SHEEN_TABLE, "sheen_table")                                    \
+    X(VIEW_UNIT_BACKDROP, "backdrop_map")                                      \
+    X(VIEW_UNIT_PICTURE, "picture")                                            \
+    X(VIEW_UNIT_OTHER, "other")                                                \
+    X(VIEW_TRUTH_UNIT_TOKENS, "aim_tokens")                                    \
+    X(VIEW_TRUTH_UNIT_CHANCE, "aim_chance")                                    \
+    X(VIEW_TRUTH_UNIT_MAP, "environment_map")                                  \
+    X(VIEW_GROUND_UNIT, "light_depth")                                         \
+    X(VIEW_GROUND_UNIT_BELOW, "below_depth")                                   \
+    X(VIEW_ROOM_UNIT_DYNAMIC, "dynamic_specular")                              \
+    X(VIEW_ROOM_UNIT_DYNAMIC_MATTE, "dynamic_irradiance")                      \
+    X(VIEW_ROOM_UNIT_LOCALS, "local_specular")                                 \
+    X(VIEW_ROOM_UNIT_LOCALS_MATTE, "local_irradiance")                         \
+    X(VIEW_ROOM_UNIT_BUFFER, "probe_buffer")                                   \
+    X(VIEW_CAPTURE_UNIT, "source")                                             \
+    X(VIEW_CAPTURE_UNIT_AWAY, "source1")                                       \
+    X(VIEW_CAPTURE_UNIT_MORE, "samples")
+/* clang-format on */
+
+typedef enum view_unit {
+#define VIEW_UNIT_MEMBER(unit, name) unit,
+    VIEW_UNITS(VIEW_UNIT_MEMBER)
+#undef VIEW_UNIT_MEMBER
+    VIEW_UNIT_COUNT,
+    VIEW_MODEL_UNITS = VIEW_UNIT_COUNT
+} view_unit;
+
+/* ---- textures -------------------------------------------------------------
+ */
+
+/* Uploads all levels of a texture, filtered linearly, between levels too, and
+ * clamped to edges; binds it to the active unit.
+ *   tex    without blocks: see ibl_texture_unblock
+ *   cubes  true: as a cube map array; false: as a
+ *          cube map or, with one face, as a 2D texture or array
+ *   name   for messages
+ * Returns 0, with a message, if OpenGL has no room for it. */
+GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
+
+/* Uploads the map of a set as an equirectangular picture of RGB floats, bound
+ * to the active unit. 0: it is not at hand or too large. */
+GLuint view_upload_map(const baked_set *set);
+
+/* Makes a texture of 32-bit floats, GL_RGB or GL_RGBA, that is read texel by
+ * texel, on the active unit. pixels NULL: without defined texels. */
+GLuint view_float_image(GLenum format, int width, int height,
+                        const float *pixels);
+
+/* A picture of RGBA floats to draw into; zeroed: not made yet. */
+typedef struct view_image {
+    GLuint texture, framebuffer, depth;
+    int width, height;
+} view_image;
+
+/* Makes it with a depth buffer, unless it has that size already. False, with a
+ * message. */
+bool view_image_make(view_image *i, int width, int height);
+/* Binds it, with its viewport, and clears its depth buffer. */
+void view_image_begin(const view_image *i);
+void view_image_free(view_image *i); /* zeroes it, too */
+
+/* Blends a picture into the mean of several, which is made on first use.
+ *   program  of shaders/mean.frag
+ *   part     its share, 1: it replaces them
+ * Leaves the mean bound for drawing, blending off. False, with a message. */
+bool view_mean_add(GLuint program, const view_image *picture, float part,
+                   view_image *mean);
+
+/* ---- pictures -------------------------------------------------------------
+ */
+
+/* Reads a framebuffer, 0 for the screen: 3 or 4 channels of 8 bits, rows from
+ * the top, no padding; the caller must free it. */
+unsigned char *view_picture_read(GLuint framebuffer, int width, int height,
+                                 int channels);
+/* Reverses the order of the rows. */
+void view_picture_flip(void *pixels, size_t row_bytes, int height);
+/* Whether a picture of that name holds linear floats: it ends in .exr. */
+bool view_picture_is_linear(const char *path);
+/* Writes a picture, completely or not at all: 8 bits as PNG, with an sRGB chunk
+ * if it has 3 channels and else with alpha that is not multiplied in, or 3
+ * floats as EXR, as view_picture_is_linear says. False, with a message. */
+bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
+                        int channels, const void *pixels);
+/* The name of a picture of a series: OUT-001.png for OUT.png and 1. The caller
+ * must free it. */
+char *view_picture_name(const char *path, int number);
+
+/* ---- pictures in memory, without a display --------------------------------
+ */
+
+/* EGL on a GPU, else OSMesa on the processor; both are opened on demand. */
+typedef struct view_screen view_screen;
+
+/* Makes an OpenGL 3.3 core context current whose framebuffer 0 has that size,
+ * with alpha, and loads gl. libraries: file names, ended by NULL, of EGL if
+ * they begin so, which then draws on any device, or of OSMesa; NULL: the usual
+ * ones. One screen at a time. NULL, with a message: no OSMesa, or no OpenGL 3.3
+ * core. */
+view_screen *view_screen_memory(int width, int height,
+                                const char *const *libraries);
+void view_screen_close(view_screen *screen); /* NULL is fine */
+
+/* What made the screen that is open: "EGL" or "OSMesa"; of windows "GLFW". */
+const char *view_screen_by(void);
 
 #endif

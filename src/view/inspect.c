@@ -3,7 +3,9 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
+#include "view/frame.h"
 #include "view/sphere_grid.h"
 
 /* As in shaders/layout.glsl. */
@@ -11,9 +13,11 @@
 
 /* A map laid out flat in a window. */
 typedef struct flat {
-    const ibl_texture *map;
+    const ibl_texture *map; /* NULL: the environment */
+    const ibl_image *source;
+    bool harmonics; /* in its place */
     int level;
-    int edge;         /* of a face; 0: the table */
+    int edge;         /* of a face; 0: the map is flat */
     double size[2];   /* of the layout, in texels */
     double window[2]; /* in pixels */
     double scale;     /* pixels per texel */
@@ -30,21 +34,35 @@ static bool flatten(const baked_set *set, const view_settings *s, int width,
                     int height, flat *f)
 {
     static const int faces[VIEW_LAYOUTS][2] = {{4, 3}, {6, 1}, {4, 2}};
-    const view_content content = s->mode == VIEW_LEVELS ? VIEW_SPECULAR
-                                 : s->mode == VIEW_IRRADIANCE_MAP
-                                     ? VIEW_IRRADIANCE
-                                     : VIEW_LUT;
+    const bool matte = s->mode == VIEW_IRRADIANCE_MAP;
+    const view_diffuse by = view_diffuse_of(s, set);
+    const bool last = matte && by == VIEW_DIFFUSE_LAST;
+    const view_content content = s->mode == VIEW_LEVELS || last ? VIEW_SPECULAR
+                                 : matte ? VIEW_IRRADIANCE
+                                         : VIEW_LUT;
     const ibl_texture *map = &set->texture[content];
 
-    if (s->mode == VIEW_SCENE || s->mode == VIEW_MODEL || !map->data)
+    *f = (flat){.window = {width, height}};
+    if (view_is_lit(s))
         return false;
-    *f = (flat){.map = map,
-                .size = {map->width, map->height},
-                .window = {width, height}};
+    if (s->mode == VIEW_SOURCE_MAP) {
+        f->source = view_set_source(set, NULL);
+        if (!f->source)
+            return false;
+        f->size[0] = f->source->width, f->size[1] = f->source->height;
+        fit(s, f);
+        return true;
+    }
+    f->harmonics = matte && by == VIEW_DIFFUSE_SH;
+    if (!map->data && !f->harmonics)
+        return false;
+    f->map = map;
+    f->size[0] = map->width, f->size[1] = map->height;
     if (content == VIEW_SPECULAR)
-        f->level = s->level < map->levels ? s->level : map->levels - 1;
+        f->level = !last && s->level < map->levels ? s->level : map->levels - 1;
     if (content != VIEW_LUT) {
-        f->edge = ibl_cube_edge(map->width, f->level);
+        f->edge = f->harmonics ? VIEW_HARMONICS_EDGE
+                               : ibl_cube_edge(map->width, f->level);
         for (int k = 0; k < 2; k++)
             f->size[k] = (double)faces[s->layout][k] * f->edge;
     }
@@ -130,6 +148,22 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
     if (!(p[0] >= 0 && p[0] < f.size[0] && p[1] >= 0 && p[1] < f.size[1]))
         return t;
     t.level = f.level;
+    if (f.source) {
+        const int w = f.source->width;
+        const double u = (floor(p[0]) + 0.5) / w - set->source_yaw / 360;
+        const double phi = 2 * M_PI * (u - 0.5);
+        const double theta = M_PI * (floor(p[1]) + 0.5) / f.size[1];
+        t.x = (int)p[0], t.y = (int)p[1];
+        t.direction[0] = sin(theta) * cos(phi);
+        t.direction[1] = cos(theta);
+        t.direction[2] = sin(theta) * sin(phi);
+        memcpy(t.value,
+               f.source->data + 3 * ((size_t)t.y * (size_t)w + (size_t)t.x),
+               sizeof t.value);
+        t.face = VIEW_FACE_SOURCE;
+        t.inside = true;
+        return t;
+    }
     if (!f.edge) {
         t.x = (int)p[0];
         t.y = (int)fmin(f.size[1] - p[1], f.map->height - 1);
@@ -141,8 +175,16 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
         unfold_faces(&f, s->layout, p, &t);
     }
     t.inside = !f.edge || t.face >= 0;
-    if (t.inside)
+    if (t.inside && !f.harmonics)
         take(f.map, &t);
+    if (t.inside && f.harmonics) {
+        double sum[3];
+        ibl_cube_direction(f.edge, t.face, t.x, t.y, t.direction);
+        view_harmonics_sum(set->sh, (set->sh_degree + 1) * (set->sh_degree + 1),
+                           3, t.direction, sum);
+        for (int k = 0; k < 3; k++)
+            t.value[k] = (float)fmax(sum[k], 0);
+    }
     return t;
 }
 
@@ -158,8 +200,8 @@ static view_texel take_sky(const baked_set *set, const view_settings *s,
     if (!map->data)
         map = &set->texture[VIEW_SPECULAR];
     view_camera_ray(&c, width, height, x, y, world);
-    if (!s->sky || !map->data || !(x >= 0 && x < width && y >= 0) ||
-        y >= height ||
+    if (s->background != VIEW_BACKGROUND_MAP || !map->data ||
+        !(x >= 0 && x < width && y >= 0) || y >= height ||
         view_grid_hit(spheres, view_grid(s, spheres), c.eye, world, NULL) >= 0)
         return t;
     view_turn(s->turn, world, d);
@@ -187,6 +229,11 @@ void view_texel_text(const view_texel *t, char *text, int size)
 
     if (!t->inside)
         snprintf(text, (size_t)size, "%s", "");
+    else if (t->face == VIEW_FACE_SOURCE)
+        snprintf(text, (size_t)size,
+                 "(%d, %d)  dir %.3f %.3f %.3f  rgb %.4g %.4g %.4g", t->x, t->y,
+                 d[0], d[1], d[2], (double)t->value[0], (double)t->value[1],
+                 (double)t->value[2]);
     else if (t->face < 0)
         snprintf(text, (size_t)size,
                  "table  (%d, %d)  N.V %.4f roughness %.4f  R %.5g G %.5g",

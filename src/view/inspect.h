@@ -8,10 +8,13 @@
 #include "view/baked_set.h"
 #include "view/settings.h"
 
+#define VIEW_HARMONICS_EDGE 32 /* texels that harmonics are shown by */
+#define VIEW_FACE_SOURCE (-2)  /* of the environment itself */
+
 /* The texel under the cursor. */
 typedef struct view_texel {
     bool inside;         /* false: the other members are not set */
-    int face, level;     /* face -1: the table */
+    int face, level;     /* face -1: the table; VIEW_FACE_SOURCE */
     int x, y;            /* texel */
     double direction[3]; /* cube: of the texel's centre in the environment's
                             frame; table: N.V, roughness, 0 */

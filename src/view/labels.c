@@ -3,252 +3,330 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "view/frame.h"
 #include "view/inspect.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
+#include "view/ui.h"
 #include "view/vector.h"
 
-static const double MARGIN = 4; /* pixels at scale 1 */
+enum {
+    SPACE = 5,
+    BYTES = 400
+};
 
-/* A picture that gets labels. */
-typedef struct page {
-    view_overlay *overlay;
-    const view_settings *s;
-    const baked_set *set;
-    int width, height;
-    double scale; /* of text: whole, so strokes are sharp */
-} page;
+/* A point of a text, in fractions of its size. */
+static const double upper_left[2] = {0, 0}, upper_right[2] = {1, 0},
+                    upper[2] = {0.5, 0}, right[2] = {1, 0.5};
 
-/* ---- a line that says what is shown ------------------------------------ */
-
-static void add_compared(const view_settings *s, const view_renderer *r,
-                         char *to)
-{
-    char text[2][200];
-    const char *one = view_renderer_side(r, s, false, text[0], sizeof *text);
-    const char *other = view_renderer_side(r, s, true, text[1], sizeof *text);
-
-    if (s->compare == VIEW_SPLIT)
-        view_add(to, VIEW_LABEL_BYTES, "\n%sleft: %s,%sright: %s",
-                 s->mode == VIEW_SPHERES ? "of each sphere " : "", one,
-                 one == text[0] ? "\n" : " ", other);
-    else if (s->compare == VIEW_DIFFERENCE && s->false_colour)
-        view_add(to, VIEW_LABEL_BYTES, "\n|%s - %s| x %.3g", one, other,
-                 s->gain);
-    else if (s->compare == VIEW_DIFFERENCE)
-        view_add(to, VIEW_LABEL_BYTES, "\n|%s - %s|", one, other);
-    else
-        view_add(to, VIEW_LABEL_BYTES, ", %s",
-                 view_reflection_names[s->reflection]);
-    if (view_renderer_environment(r))
-        view_add(to, VIEW_LABEL_BYTES, " of %d samples",
-                 view_renderer_samples(r));
-}
+/* ---- lines that say what is shown ---------------------------------------- */
 
 static void add_map(const view_settings *s, const baked_set *set, char *to)
 {
     const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
 
     if (s->mode == VIEW_TABLE)
-        view_add(to, VIEW_LABEL_BYTES,
-                 ", BRDF table: roughness upwards\nlines at 0.1 to "
-                 "0.9: white scale, blue bias");
+        view_add(to, BYTES,
+                 ", BRDF table: lines at 0.1 to 0.9, white scale, "
+                 "blue bias");
     else if (s->mode == VIEW_IRRADIANCE_MAP)
-        view_add(to, VIEW_LABEL_BYTES, ", irradiance, %d x %d a face",
-                 set->texture[VIEW_IRRADIANCE].width,
-                 set->texture[VIEW_IRRADIANCE].width);
-    else
-        view_add(to, VIEW_LABEL_BYTES,
-                 ", level %d of %d, roughness %.3g, %d x %d a face", s->level,
-                 chain->levels, set->roughness[s->level],
+        view_add(to, BYTES, ", irradiance by %s",
+                 view_diffuse_names[view_diffuse_of(s, set)]);
+    else if (s->mode == VIEW_LEVELS)
+        view_add(to, BYTES, ", level %d of %d, roughness %.3g, %d x %d a face",
+                 s->level, chain->levels, set->roughness[s->level],
                  ibl_cube_edge(chain->width, s->level),
                  ibl_cube_edge(chain->width, s->level));
+    if (s->layout == VIEW_CROSS &&
+        (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP))
+        view_add(to, BYTES, ": +Y above, -X +Z +X -Z, -Y below");
+    if (s->channel)
+        view_add(to, BYTES, ", %s", view_channel_names[s->channel]);
 }
 
-void view_labels_title(const view_settings *s, const view_renderer *r,
-                       const baked_set *set, char text[VIEW_LABEL_BYTES])
+static void write_title(const view_app *app, char text[BYTES])
 {
-    snprintf(text, VIEW_LABEL_BYTES, "%.80s", set->name);
+    const view_settings *s = &app->side[0];
+    const baked_set *set = app->set;
+
+    snprintf(text, BYTES, "%.80s", set->name);
     if (set->layer)
-        view_add(text, VIEW_LABEL_BYTES, ", layer %d", set->layer);
+        view_add(text, BYTES, ", layer %d", set->layer);
     if (s->mode == VIEW_SPHERES)
-        view_add(text, VIEW_LABEL_BYTES, ", %s",
-                 view_materials[s->material].name);
+        view_add(text, BYTES, ", %s", view_material_names[s->material]);
     if (s->mode == VIEW_SCENE)
-        view_add(text, VIEW_LABEL_BYTES, ", scene at %.3g s", s->seconds);
-    else if (view_shows_materials(s))
-        add_compared(s, r, text);
-    else
+        view_add(text, BYTES, ", scene at %.3g s", s->seconds);
+    else if (!view_is_lit(s))
         add_map(s, set, text);
+    else if (!s->compare)
+        view_add(text, BYTES, ", %s", view_reflection_names[s->reflection]);
+    if (view_renderer_samples(app->renderer))
+        view_add(text, BYTES, ", reference of %d samples",
+                 view_renderer_samples(app->renderer));
     if (s->ev < 0 || s->ev > 0)
-        view_add(text, VIEW_LABEL_BYTES, ", EV %+.3g", s->ev);
+        view_add(text, BYTES, ", EV %+.3g", s->ev);
+}
+
+static void add_sides(const view_app *app, double left, double end, double top)
+{
+    const view_settings *s = &app->side[0];
+    char text[2][BYTES], line[3 * BYTES];
+
+    for (int i = 0; i < 2; i++)
+        view_report_side(app->side, i, app->set, &app->other, text[i], BYTES);
+    if (s->compare == VIEW_SPLIT) {
+        snprintf(line, sizeof line, "left: %s", text[0]);
+        view_ui_text(left, top, upper_left, line);
+        snprintf(line, sizeof line, "right: %s", text[1]);
+        view_ui_text(end, top, upper_right, line);
+        view_ui_text(0.5 * (left + end), top, upper, app->errors);
+    } else {
+        snprintf(line, sizeof line, "|%s - %s| x %.3g   %s", text[0], text[1],
+                 s->gain, app->errors);
+        view_ui_text(left, top, upper_left, line);
+    }
 }
 
 /* ---- axes -------------------------------------------------------------- */
 
 /* Where a point of the world is, in pixels from the upper left. */
-static void place(const page *p, const double world[3], double at[2])
+static void place(const view_app *app, const view_area *area,
+                  const double world[3], double at[2])
 {
-    const view_camera c = view_camera_of(p->s, p->width, p->height);
+    const view_camera c =
+        view_camera_of(&app->side[0], area->width, area->height);
     double m[16], clip[4];
 
     view_camera_matrix(&c, m);
     for (int i = 0; i < 4; i++)
         clip[i] = m[i] * world[0] + m[4 + i] * world[1] + m[8 + i] * world[2] +
                   m[12 + i];
-    at[0] = (0.5 + 0.5 * clip[0] / clip[3]) * p->width;
-    at[1] = (0.5 - 0.5 * clip[1] / clip[3]) * p->height;
+    at[0] = area->x + (0.5 + 0.5 * clip[0] / clip[3]) * area->width;
+    at[1] =
+        app->height - area->y - (0.5 + 0.5 * clip[1] / clip[3]) * area->height;
 }
 
-/* The middle of an edge of a sphere, to the left or below. */
-static void edge_of(const page *p, const view_sphere *ball, int axis,
-                    double at[2])
+/* Labels each column or row whose spheres are far enough apart. */
+static void add_axis(const view_app *app, const view_area *area,
+                     const view_sphere *balls, bool columns)
 {
-    double world[3];
-
-    memcpy(world, ball->centre, sizeof world);
-    world[axis] -= ball->radius;
-    place(p, world, at);
-}
-
-/* Draws text with that point in the middle of its upper or right edge, moved
- * into the picture. */
-static void write_at(const page *p, const double at[2], bool below,
-                     const char *text)
-{
-    double w, h;
-
-    view_overlay_measure(text, p->scale, &w, &h);
-    const double x = below ? at[0] - w / 2 : at[0] - w;
-    const double y = below ? at[1] : at[1] - h / 2;
-    view_overlay_text(p->overlay, fmin(fmax(x, 0), p->width - w),
-                      fmin(fmax(y, 0), p->height - h), p->scale, text);
-}
-
-/* Labels each column or row whose spheres are far enough apart. The name is
- * before the first, if it has room. */
-static void add_axis(const page *p, const view_sphere *balls, bool columns)
-{
-    const view_settings *s = p->s;
-    const char *name = columns ? "roughness" : "metallic";
+    const view_settings *s = &app->side[0];
     const int count = columns ? s->columns : s->rows;
     const int step = columns ? 1 : s->columns;
-    double last[2] = {-INFINITY, INFINITY}, at[2], w, h, name_width;
+    const double bottom = app->height - area->y, line = VIEW_LINE * app->scale;
+    double last = columns ? area->x : HUGE_VAL, at[2], w, h;
     char text[32];
 
-    view_overlay_measure(name, p->scale, &name_width, &h);
     for (int i = 0; i < count; i++) {
         const view_sphere *b = &balls[i * step];
         snprintf(text, sizeof text, "%.2g",
                  columns ? b->roughness : b->metallic);
-        edge_of(p, b, columns, at);
-        view_overlay_measure(text, p->scale, &w, &h);
-        if (columns ? at[0] - w / 2 < last[0] : at[1] + h / 2 > last[1])
+        place(app, area, b->centre, at);
+        view_ui_measure(text, &w, &h);
+        if (columns ? at[0] - w / 2 < last : at[1] + h > last)
             continue;
-        write_at(p, at, columns, text);
-        last[0] = at[0] + w / 2;
-        last[1] = at[1] - h / 2;
-        const double before = columns ? at[0] - w / 2 : at[0] - w;
-        if (!i && before >= name_width)
-            write_at(
-                p,
-                (double[2]){before, columns ? fmin(at[1], p->height - h) + h / 2
-                                            : at[1]},
-                false, name);
+        if (columns)
+            view_ui_text(at[0], bottom, upper, text);
+        else
+            view_ui_text(area->x - SPACE, at[1], right, text);
+        last = columns ? at[0] + w : at[1];
+    }
+    if (columns)
+        view_ui_text(0, bottom, upper_left, " roughness");
+    else
+        view_ui_text(0, bottom - area->height + line, upper_left, " metallic");
+}
+
+/* Names below a map: faces of a strip, directions of an equirectangular map. */
+static void add_names(const view_app *app, const view_area *area)
+{
+    static const char *const turns[] = {"-X", "-Z", "+X", "+Z", "-X"};
+    const view_settings *s = &app->side[0];
+    const bool strip = s->layout == VIEW_STRIP && s->mode != VIEW_SOURCE_MAP;
+    const int count = strip ? IBL_FACES : 5;
+    const double shape = strip ? 6 : 2, middle = area->x + area->width / 2.0;
+    const double wide = fmin(area->width, shape * area->height) * s->zoom;
+
+    for (int i = 0; i < count; i++) {
+        const double share = strip ? (i + 0.5) / 6 : i / 4.0;
+        const double x = middle + (share - 0.5 - s->pan[0]) * wide;
+        if (x >= area->x && x <= area->x + area->width)
+            view_ui_text(x, app->height - area->y,
+                         (double[2]){strip ? 0.5 : share, 0},
+                         strip ? view_face_names[i] : turns[i]);
     }
 }
 
-static void add_grid(const page *p)
+static void add_table(const view_app *app, const view_area *area)
 {
-    view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const view_settings *s = &app->side[0];
+    const double side = fmin(area->width, area->height) * s->zoom;
+    const double left = area->x + area->width / 2.0 - side * (0.5 + s->pan[0]);
+    const double bottom = app->height - area->y;
 
-    view_grid(p->s, balls);
-    add_axis(p, balls, true);
-    add_axis(p, balls, false);
+    view_ui_text(left, bottom, upper_left, "N.V 0");
+    view_ui_text(left + side, bottom, upper_right, "1");
+    view_ui_text(left - SPACE, bottom, (double[2]){1, 1}, "roughness 0");
+    view_ui_text(left - SPACE, bottom - area->height, upper_right, "1");
 }
 
-/* Names the faces that have room for it, in the middle of their lower edges. */
-static void add_faces(const page *p)
-{
-    static const int cross[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
-                                            {1, 2}, {1, 1}, {3, 1}};
-    const bool strip = p->s->layout == VIEW_STRIP;
-    const int columns = strip ? 6 : 4, rows = strip ? 1 : 3;
-    const double edge =
-        fmin((double)p->width / columns, (double)p->height / rows) * p->s->zoom;
+/* ---- under the pointer ----------------------------------------------------
+ */
 
-    for (int f = 0; f < IBL_FACES && edge > 40 * p->scale; f++) {
-        const double x = (strip ? f : cross[f][0]) + 0.5, y = cross[f][1] + 1;
-        const double at[2] = {
-            p->width / 2.0 + (x - columns * (0.5 + p->s->pan[0])) * edge,
-            p->height / 2.0 +
-                ((strip ? 1 : y) - rows * (0.5 + p->s->pan[1])) * edge};
-        if (at[0] > 0 && at[0] < p->width && at[1] > 0 &&
-            at[1] < p->height + edge)
-            write_at(p, (double[2]){at[0], at[1] - 6 * MARGIN * p->scale}, true,
-                     view_face_names[f]);
+/* The probe that lights what the pointer is at most, or the texel there. */
+static void write_pointer(const view_app *app, const view_area *area,
+                          char text[BYTES])
+{
+    const view_settings *s = &app->side[0];
+    const double x = app->mouse[0] - area->x,
+                 y = app->mouse[1] - (app->height - area->y - area->height);
+    const view_scene *stage = view_renderer_stage(app->renderer);
+    double weights[IBL_MAX_PROBES + 2];
+
+    *text = '\0';
+    if (x < 0 || y < 0 || x >= area->width || y >= area->height)
+        return;
+    if (s->mode != VIEW_SCENE) {
+        const view_texel t =
+            view_inspect(app->set, s, area->width, area->height, x, y);
+        view_texel_text(&t, text, BYTES);
+    } else if (stage && s->weights) {
+        const int locals = view_scene_state_of(stage)->draw.locals.count;
+        const int i = view_scene_probe_at(stage, s, area->width, area->height,
+                                          x, y, weights);
+        if (i == locals)
+            snprintf(text, BYTES, "the mirror's probe: %.2f", weights[i]);
+        else if (i >= 0)
+            snprintf(text, BYTES, "probe %d: %.2f", i, weights[i]);
+        else if (i != VIEW_SCENE_NOWHERE)
+            snprintf(text, BYTES, "the environment");
     }
-}
-
-static void add_table(const page *p)
-{
-    const double side = fmin(p->width, p->height) * p->s->zoom;
-    const double left = p->width / 2.0 - side * (0.5 + p->s->pan[0]);
-
-    write_at(p, (double[2]){left, p->height}, true, "N.V 0, roughness 0");
-    write_at(p, (double[2]){left + side, p->height}, true, "N.V 1");
-}
-
-/* Equirectangular maps: directions of columns. */
-static void add_directions(const page *p)
-{
-    static const char *const names[] = {"-X", "-Z", "+X", "+Z", "-X"};
-    const double wide = fmin(p->width, 2.0 * p->height) * p->s->zoom;
-
-    for (int i = 0; i < 5; i++)
-        write_at(
-            p,
-            (double[2]){p->width / 2.0 + (i / 4.0 - 0.5 - p->s->pan[0]) * wide,
-                        p->height},
-            true, names[i]);
 }
 
 /* ---- all --------------------------------------------------------------- */
 
-static void add_scales(const page *p)
+static void draw_labels(const view_app *app, const view_area *area)
 {
-    const double width = fmin(p->width - 2 * MARGIN, 220 * p->scale);
-    const double x = p->width - MARGIN - width, y = MARGIN;
-    const view_settings *s = p->s;
+    const view_settings *s = &app->side[0];
+    const bool axes = s->mode == VIEW_SPHERES || s->mode == VIEW_TABLE;
+    const double top = app->height - area->y - area->height;
+    const double line = VIEW_LINE * app->scale, left = SPACE * app->scale;
+    const double end = area->x + area->width - left;
+    view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    char text[BYTES];
 
-    const bool greys = view_compares(s) && s->compare == VIEW_DIFFERENCE;
-
-    if (s->false_colour || greys)
-        view_overlay_legend(p->overlay, x, y, width, p->scale,
-                            s->false_colour ? 0 : 1 / (s->gain * exp2(s->ev)));
+    if (top < line)
+        return; /* there is no room */
+    write_pointer(app, area, text);
+    view_ui_text(end, 2, upper_right, text);
+    write_title(app, text);
+    view_ui_text(left, 2, upper_left, app->caption ? app->caption : text);
+    if (s->compare)
+        add_sides(app, left, end, 2 + line);
+    if (s->false_colour || s->compare == VIEW_DIFFERENCE) {
+        const double wide = fmin(area->width / 2.0, 220 * app->scale);
+        view_ui_legend(end - wide, 4 + line / 2, wide,
+                       s->false_colour ? 0 : 1 / (s->gain * exp2(s->ev)));
+    }
+    if (axes ? !area->x : !area->y)
+        return;
+    if (s->mode == VIEW_SPHERES) {
+        view_grid(s, balls);
+        add_axis(app, area, balls, true);
+        add_axis(app, area, balls, false);
+    } else if (s->mode == VIEW_TABLE) {
+        add_table(app, area);
+    } else {
+        add_names(app, area);
+    }
 }
 
-void view_labels_draw(view_overlay *overlay, const view_settings *s,
-                      const baked_set *set, int width, int height,
-                      const char *title)
+/* Errors of a picture at rest, anew with twice the samples. */
+static void judge(view_app *app)
 {
-    const page p = {overlay, s,      set,
-                    width,   height, fmax(1, floor(width / 640.0))};
-    double w, h;
+    const int samples = view_renderer_samples(app->renderer);
 
-    view_overlay_measure(title, p.scale, &w, &h);
-    if (w + 2 * MARGIN > width || 4 * h > height)
-        return; /* there is no room to read it */
-    view_overlay_begin(overlay, width, height);
-    if (s->mode == VIEW_SPHERES)
-        add_grid(&p);
-    else if (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP)
-        (s->layout == VIEW_EQUIRECT ? add_directions : add_faces)(&p);
-    else if (s->mode == VIEW_TABLE)
-        add_table(&p);
-    view_overlay_text(overlay, MARGIN, MARGIN, p.scale, title);
-    add_scales(&p);
-    view_overlay_end(overlay);
+    if (!app->side[0].compare || !view_renderer_complete(app->renderer)) {
+        app->judged = -1;
+        *app->errors = '\0';
+    } else if (app->judged < 0 || samples < app->judged ||
+               samples >= 2 * app->judged + 1) {
+        view_report_sum(app->renderer, app->errors, sizeof app->errors);
+        app->judged = samples;
+    }
+}
+
+void view_labels_draw(view_app *app)
+{
+    const view_area area = view_app_area(app);
+
+    if (app->set)
+        judge(app);
+    view_ui_begin(app->width, app->height);
+    if (app->set && app->labels)
+        draw_labels(app, &area);
+    view_ui_app(app);
+    view_ui_end(app->target);
+}
+
+/* Finds a name that no file has yet. */
+static bool free_name(char *path, size_t size)
+{
+    for (int number = 1; number <= 999; number++) {
+        snprintf(path, size, "iblview-%03d.png", number);
+        if (access(path, F_OK))
+            return true;
+    }
+    return false;
+}
+
+/* Draws in a framebuffer of its own, since covered pixels of a window are
+ * undefined. */
+void view_labels_picture(view_app *app)
+{
+    const int width = app->width, height = app->height;
+    const bool panel = app->panel, help = app->help, files = app->files;
+    const int channels =
+        app->side[0].background == VIEW_BACKGROUND_TRANSPARENT ? 4 : 3;
+    const double mouse = app->mouse[0];
+    GLuint colours, framebuffer;
+    char path[32];
+
+    app->wants_picture = app->panel = app->help = app->files = false;
+    app->notice[0] = '\0';
+    app->mouse[0] = -1;
+    bool ok = free_name(path, sizeof path) ||
+              view_fail("no picture is written: up to %s all are there", path);
+    gl.GenRenderbuffers(1, &colours);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, colours);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+    gl.GenFramebuffers(1, &framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                               GL_RENDERBUFFER, colours);
+    app->target = framebuffer;
+    do
+        ok = ok && view_app_draw(app, false);
+    while (ok && !view_renderer_complete(app->renderer));
+    if (ok) {
+        view_labels_draw(app);
+        unsigned char *pixels =
+            view_picture_read(app->target, width, height, channels);
+        ok =
+            view_picture_write(app->ctx, path, width, height, channels, pixels);
+        free(pixels);
+    }
+    app->target = 0;
+    gl.DeleteFramebuffers(1, &framebuffer);
+    gl.DeleteRenderbuffers(1, &colours);
+    app->panel = panel, app->help = help, app->files = files;
+    app->mouse[0] = mouse;
+    if (ok)
+        view_app_notice(app, "%s is written", path);
+    else
+        view_app_notice_failure(app);
 }

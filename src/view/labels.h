@@ -1,21 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* Labels of pictures: what is shown, what rows and columns are, which half is
- * which, and the scales of false colours and differences. */
+/* What is drawn around and over a picture. */
 #ifndef VIEW_LABELS_H
 #define VIEW_LABELS_H
 
-#include "view/overlay.h"
-#include "view/renderer.h"
+#include "view/app.h"
 
-#define VIEW_LABEL_BYTES 400
-
-/* Writes what the last draw shows, as "sky, gold, split". */
-void view_labels_title(const view_settings *s, const view_renderer *r,
-                       const baked_set *set, char text[VIEW_LABEL_BYTES]);
-/* Draws the title and all other labels on the bound framebuffer, of width x
- * height pixels; nothing if the title has no room. */
-void view_labels_draw(view_overlay *overlay, const view_settings *s,
-                      const baked_set *set, int width, int height,
-                      const char *title);
+/* Draws labels beside what they label (what is shown, what
+ * rows and columns are, which half is which and how they differ, the scales of
+ * false colours and differences), the panel, and whatever is open. */
+void view_labels_draw(view_app *app);
+/* Writes the picture with its labels to the first iblview-NNN.png that does not
+ * exist. */
+void view_labels_picture(view_app *app);
 
 #endif

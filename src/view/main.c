@@ -20,32 +20,22 @@ static void show_progress(void *cookie, const char *stage, double done,
             done >= 1 ? "\r\033[K" : "");
 }
 
-static ibl_ctx *make_context(const view_options *o)
+static bool run(const view_options *o)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx = NULL;
+    ibl_ctx *ctx;
 
+    if (o->quiet)
+        view_quiet();
     opts.log = view_log;
     opts.memory = ibl_memory_allowed() / 4 * 3;
     opts.bridge = ibl_bridge_beside();
     if (!o->quiet && isatty(STDERR_FILENO))
         opts.progress = show_progress;
-    ibl_ctx_create(&opts, &ctx); /* reports its errors */
-    return ctx;
-}
-
-static bool run(const view_options *o)
-{
-    const bool picture = o->offscreen || o->contact_sheet || o->texel[0] >= 0;
-    ibl_ctx *ctx;
-    bool ok;
-
-    if (o->quiet)
-        view_quiet();
-    ctx = make_context(o);
-    if (!ctx)
+    if (ibl_ctx_create(&opts, &ctx))
         return false;
-    ok = picture ? view_still_run(ctx, o) : view_window_run(ctx, o);
+    const bool picture = o->offscreen || o->contact_sheet || o->texel[0] >= 0;
+    const bool ok = picture ? view_still_run(ctx, o) : view_window_run(ctx, o);
     ibl_ctx_free(ctx);
     return ok;
 }

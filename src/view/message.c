@@ -8,32 +8,34 @@
 #include "common/process.h"
 
 static bool quiet;
-
-static void say(const char *kind, const char *fmt, va_list ap)
-{
-    char text[IBL_LINE_BYTES];
-
-    vsnprintf(text, sizeof text, fmt, ap);
-    ibl_print_line(kind, text);
-}
+static char last_failure[IBL_LINE_BYTES];
 
 bool view_fail(const char *fmt, ...)
 {
     va_list ap;
     va_start(ap, fmt);
-    say("", fmt, ap);
+    vsnprintf(last_failure, sizeof last_failure, fmt, ap);
     va_end(ap);
+    ibl_print_line("", last_failure);
     return false;
+}
+
+const char *view_last_failure(void)
+{
+    return last_failure;
 }
 
 void view_note(const char *fmt, ...)
 {
+    char text[IBL_LINE_BYTES];
     va_list ap;
+
     if (quiet)
         return;
     va_start(ap, fmt);
-    say("note: ", fmt, ap);
+    vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
+    ibl_print_line("note: ", text);
 }
 
 void view_tell(const char *fmt, ...)

@@ -13,6 +13,8 @@ bool view_fail(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 /* The same for what does not stop the program; silent after view_quiet. */
 void view_note(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 void view_quiet(void);
+/* The text of the last view_fail; "" before. */
+const char *view_last_failure(void);
 /* Prints only the text, on standard output. */
 void view_tell(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 

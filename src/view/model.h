@@ -8,9 +8,9 @@
 #include <stdbool.h>
 
 #include "scene/scene.h"
+#include "view/frame.h"
 #include "view/gl.h"
 #include "view/settings.h"
-#include "view/upload.h"
 
 typedef struct view_model view_model;
 
@@ -21,41 +21,52 @@ typedef struct view_model view_model;
 view_model *view_model_create(ibl_ctx *ctx, ibl_scene *scene, const char *name);
 void view_model_free(view_model *m); /* NULL is fine */
 
-/* A sphere with a normal map around its middle. NULL, with a message. */
-view_model *view_model_ball(void);
-/* Gives it the material of the settings: the upper end of metallic, the middle
- * of roughness. False: it had that already. */
-bool view_model_paint(view_model *ball, const view_settings *s);
+/* Moves a model: its middle and radius, or NULL: as it is in its file. */
+void view_model_place(view_model *m, const double at[3], double radius);
+/* Stands it on a floor. */
+void view_model_stand(view_model *m, const double floor[3], double radius);
+/* Moves a draw of a scene, by its index. */
+void view_model_move(view_model *m, int draw, const double at[3], double scale);
 
-/* What colours it: lookups of one view_reflection, or samples of the reference
- * (truth.h). */
-typedef struct view_model_light {
-    int reflection; /* VIEW_REFERENCE: by samples */
-    bool sheen;     /* the set has it */
-    bool harmonics; /* diffuse light is by them */
-} view_model_light;
+/* A material of no textures and all defaults. */
+extern const ibl_scene_material view_model_plain;
+/* A sphere with a normal map around its middle, of no material of its own:
+ * see view_override. NULL, with a message. */
+view_model *view_model_ball(void);
+
+/* Draws it with depth into the bound framebuffer, which has cleared depth. eye:
+ * of the camera. Changes program, vertex array and units from VIEW_MODEL_UNITS;
+ * leaves blending and depth test off. False, with a message. */
+bool view_model_draw(view_model *m, const view_lighting *light,
+                     const float eye[3]);
 
 /* What a picture of materials shows, over the sky. */
 typedef struct view_subject {
-    GLuint sky;       /* program */
+    GLuint sky;       /* program; 0: black */
     GLuint instances; /* vertex array of count spheres, from back to front */
     int count;
+    GLuint *programs;  /* of spheres, made on first use: VIEW_LIGHTINGS */
     view_model *model; /* in place of the spheres, or NULL */
     int width, height;
     const float *eye; /* of the camera, for the order of what is blended */
     GLuint frame;     /* the buffer of the block "Frame" */
-    const view_mean *mean;
+    GLuint mean;      /* program of view_mean_add */
 } view_subject;
 
-/* Draws it into a picture of its size; the viewport is set.
- *   spheres  their program
- *   canvas, samples  for a model, see view_canvas_begin
- * Pixels of a model's opaque material have alpha 2 + its index, blended ones
- * leave alpha as it is. Changes program, vertex array and units from
+/* Draws it into a picture of its size; the viewport is set. Colours are times
+ * alpha, what covers the pixel. Of VIEW_PARTS_COUNT R is 1 + the index of the
+ * opaque material. Changes program, vertex array and units from
  * VIEW_MODEL_UNITS; leaves blending off. False, with a message. */
-bool view_subject_draw(const view_subject *s, const view_model_light *light,
-                       GLuint spheres, const view_image *picture,
-                       view_canvas *canvas, int samples);
+bool view_subject_draw(const view_subject *s, const view_lighting *light,
+                       view_image *picture);
+
+/* A camera of the file; NULL: it has no such one. */
+const view_pose *view_model_camera(const view_model *m, int i);
+/* Height of its lowest point below its middle, at radius 1. */
+double view_model_floor(const view_model *m);
+/* Draws the depth of what is opaque by the block "Frame". False, with a
+ * message. */
+bool view_model_depth(view_model *m);
 
 /* Names of materials, for reports: "" if the file has none. */
 int view_model_materials(const view_model *m);

@@ -8,22 +8,25 @@
 
 #include "common/option.h"
 #include "view/baked_set.h"
-#include "view/settings.h"
+#include "view/controls.h"
 
 typedef struct view_options {
+    view_settings settings; /* the first member: see view_control */
+    view_settings other;    /* of --against */
     view_request request;
     const char *offscreen;     /* picture to write, or NULL */
     const char *contact_sheet; /* or NULL */
+    const char *against;       /* options of the other side, or NULL */
     const char *against_set;   /* another set to compare with, or NULL */
     const char *model;         /* scene to show, or NULL */
     const char *probe_set;     /* index of baked probes, or NULL */
     int size[2];               /* 0 until the default is set */
-    int grid[2];               /* rows, columns; 0 until the default is set */
     int frames, samples;       /* 0: not given */
+    int turntable;             /* pictures of a turn, 0: none */
     double texel[2];           /* pixel to report; negative: none */
-    bool labels;               /* in pictures */
+    bool mean_exposure;        /* settings.ev is what makes the mean grey */
+    bool labels, panel;        /* in pictures */
     bool quiet, verbose, stats;
-    view_settings settings;
     ibl_given given;
 } view_options;
 
@@ -36,9 +39,6 @@ enum {
 /* Parses the words of the command line, ended by NULL; strings point into them.
  * False: the program must exit with *status, after --help or a message. */
 bool view_options_parse(char **words, view_options *o, int *status);
-
-/* Prints the list of --keys. */
-void view_print_keys(FILE *to);
 
 /* False, with a message, if nothing is at PATH or an option does not fit it;
  * reads only the first bytes. */

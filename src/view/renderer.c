@@ -1,29 +1,22 @@
 /* SPDX-License-Identifier: MIT */
+#include "view/renderer.h"
+#include "common/process.h"
+#include "common/signals.h"
+#include "view/frame.h"
+#include "view/gl.h"
+#include "view/ground.h"
+#include "view/message.h"
+#include "view/truth.h"
+
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/process.h"
-#include "common/signals.h"
-#include "view/errors.h"
-#include "view/frame.h"
-#include "view/gl.h"
-#include "view/message.h"
-#include "view/picture.h"
-#include "view/program.h"
-#include "view/renderer.h"
-#include "view/truth.h"
-#include "view/upload.h"
-
 enum {
-    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID,
-    BLURRED = VIEW_BACKDROP_MAP + 1, /* of sky.frag */
-    BACKDROPS
+    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
 };
-
-/* A model that moves has one sample of a pixel if all take longer. */
-static const double slow_seconds = 0.1;
 
 /* A view_sphere as attributes of sphere.vert. */
 typedef struct instance {
@@ -33,63 +26,76 @@ typedef struct instance {
 _Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
                "all are attributes");
 
-struct view_renderer {
-    GLuint sphere, inspect, display; /* programs */
-    view_mean mean;
-    /* Made on first use: of each backdrop, and of tones for materials alone. */
-    GLuint sky[BACKDROPS], tone[VIEW_TONES];
-    GLuint nearest; /* sampler of maps */
-    GLuint instances, instance_buffer, frame_buffer;
-    GLuint maps[2][VIEW_CONTENTS]; /* of set and other */
-    /* Linear pictures of settings.reflection and against: of one place in the
-     * pixels, and the mean of all places so far. */
-    view_image picture[2], means[2];
-    int places;        /* drawn */
-    double seconds;    /* that the last picture with all its samples took */
-    bool rough;        /* the picture has one sample of a pixel, for it moves */
-    view_truth *truth; /* made on first use */
-    view_scene *stage; /* the same */
-    const view_probe_set *probes; /* probes of the stage, or NULL */
-    view_model *model;            /* that was set, or NULL */
-    view_model *ball;             /* made on first use */
-    view_canvas canvas;           /* of the model */
-    int samples; /* samples of the reference per draw; 0: by the clock */
-    const baked_set *set;
-    const baked_set *other; /* what the set is compared with, or NULL */
-    GLuint backdrop;        /* the map of the set, or 0 */
-    bool knows_backdrop;
-    /* of the last draw */
-    view_settings settings;
-    view_frame frame;
-    int width, height; /* 0: nothing drawn yet */
-    bool has_truth;
-    view_frame linear; /* frame of the linear picture, at the pixels' centres */
-    bool stale;        /* the linear picture must be drawn again */
+/* One of two states that are compared, or the only one. */
+typedef struct side {
+    const baked_set *set; /* NULL: that of the first side */
+    GLuint maps[VIEW_CONTENTS];
+    view_settings settings;   /* of the last draw */
+    view_frame frame;         /* the same, at the pixels' centres */
+    view_image picture, mean; /* of one place in the pixels; of all so far */
+    view_truth *truth;        /* made on first use */
+    view_scene *stage;        /* the same */
+    GLuint instances, buffer; /* of spheres */
     int count;
     instance sorted[MAX_SPHERES];
+} side;
+
+struct view_renderer {
+    GLuint inspect, display, mean; /* programs */
+    /* Made on first use: of each backdrop without ground and with it, of
+     * spheres, and of tones for materials alone. */
+    GLuint sky[2 * VIEW_BACKDROPS], spheres[VIEW_LIGHTINGS], tone[VIEW_TONES];
+    GLuint nearest, smooth; /* samplers of maps */
+    GLuint frame_buffer;
+    side side[2];
+    int sides;                    /* of the last draw */
+    int places;                   /* drawn */
+    const view_probe_set *probes; /* of the scene, or NULL */
+    view_model *model;            /* that was set, or NULL */
+    view_model *ball;             /* made on first use */
+    view_ground ground;           /* of the model */
+    int samples;     /* of the reference per draw; 0: by the clock */
+    GLuint backdrop; /* the map of the set, or 0 */
+    bool knows_backdrop;
+    GLuint target;  /* framebuffer */
+    view_area area; /* of the last draw; no width: nothing drawn yet */
+    bool stale;     /* the linear pictures must be drawn again */
 };
 
 /* ---- what never changes ------------------------------------------------ */
 
+static GLuint make_sampler(GLint filter)
+{
+    GLuint sampler;
+
+    gl.GenSamplers(1, &sampler);
+    gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER,
+                         filter == GL_LINEAR ? GL_LINEAR_MIPMAP_NEAREST
+                                             : GL_NEAREST_MIPMAP_NEAREST);
+    gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
+    return sampler;
+}
+
 static bool make(view_renderer *r)
 {
-    r->sphere = view_program("sphere.vert", "sphere.frag");
-    r->inspect = r->sphere ? view_program("full.vert", "inspect.frag") : 0;
+    r->inspect = view_program("full.vert", "inspect.frag");
     r->display = r->inspect ? view_program("full.vert", "display.frag") : 0;
-    if (!r->display || !view_mean_make(&r->mean))
+    r->mean = r->display ? view_program("full.vert", "mean.frag") : 0;
+    if (!r->mean)
         return false;
-    gl.GenVertexArrays(1, &r->instances);
-    gl.BindVertexArray(r->instances);
-    r->instance_buffer =
-        view_gl_buffer(GL_ARRAY_BUFFER, sizeof r->sorted, NULL);
-    for (GLuint i = 0; i < 3; i++)
-        view_gl_attribute(i, 4, sizeof(instance), 4 * i * sizeof(float), 1);
+    for (int i = 0; i < 2; i++) {
+        side *s = &r->side[i];
+        gl.GenVertexArrays(1, &s->instances);
+        gl.BindVertexArray(s->instances);
+        s->buffer = view_gl_buffer(GL_ARRAY_BUFFER, sizeof s->sorted, NULL);
+        for (GLuint k = 0; k < 3; k++)
+            view_gl_attribute(k, 4, sizeof(instance), 4 * k * sizeof(float), 1);
+    }
     gl.BindVertexArray(0);
-    r->frame_buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof r->frame, NULL);
-    gl.GenSamplers(1, &r->nearest);
-    gl.SamplerParameteri(r->nearest, GL_TEXTURE_MIN_FILTER,
-                         GL_NEAREST_MIPMAP_NEAREST);
-    gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    r->frame_buffer =
+        view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
+    r->nearest = make_sampler(GL_NEAREST);
+    r->smooth = make_sampler(GL_LINEAR);
     return view_gl_check("making the renderer");
 }
 
@@ -107,16 +113,28 @@ void view_renderer_free(view_renderer *r)
 {
     if (!r)
         return;
-    view_truth_free(r->truth);
-    view_scene_free(r->stage);
+    for (int i = 0; i < 2; i++) {
+        view_truth_free(r->side[i].truth);
+        view_scene_free(r->side[i].stage);
+    }
     view_model_free(r->ball);
     free(r);
 }
 
-/* ---- the set ----------------------------------------------------------- */
+/* ---- what is drawn ------------------------------------------------------- */
+
+static const baked_set *set_of(const view_renderer *r, int i)
+{
+    return r->side[r->side[i].set ? i : 0].set;
+}
+
+static const GLuint *maps_of(const view_renderer *r, int i)
+{
+    return r->side[r->side[i].set ? i : 0].maps;
+}
 
 /* Replaces the maps of a set. */
-static bool load_maps(GLuint to[VIEW_CONTENTS], const baked_set *set)
+static bool load_maps(side *to, const baked_set *set)
 {
     GLuint maps[VIEW_CONTENTS] = {0};
 
@@ -131,63 +149,65 @@ static bool load_maps(GLuint to[VIEW_CONTENTS], const baked_set *set)
             return false;
         }
     }
-    gl.DeleteTextures(VIEW_CONTENTS, to);
-    memcpy(to, maps, sizeof maps);
+    gl.DeleteTextures(VIEW_CONTENTS, to->maps);
+    memcpy(to->maps, maps, sizeof maps);
+    to->set = set;
     return true;
 }
 
 bool view_renderer_load(view_renderer *r, const baked_set *set)
 {
-    if (!load_maps(r->maps[0], set))
+    if (!load_maps(&r->side[0], set))
         return false;
-    r->set = set;
-    r->knows_backdrop = false;
+    r->knows_backdrop = r->ground.known = false;
     view_renderer_probes(r, r->probes);
-    view_truth_free(r->truth); /* made again on its next use */
-    r->truth = NULL;
-    r->has_truth = false;
+    for (int i = 0; i < 2; i++) {
+        view_truth_free(r->side[i].truth); /* made again on its next use */
+        r->side[i].truth = NULL;
+    }
     return true;
+}
+
+bool view_renderer_against(view_renderer *r, const baked_set *set)
+{
+    r->stale = true;
+    return load_maps(&r->side[1], set);
+}
+
+void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
+{
+    r->probes = probes;
+    r->stale = true;
+    for (int i = 0; i < 2; i++)
+        if (r->side[i].stage)
+            view_scene_use(r->side[i].stage, probes);
+}
+
+void view_renderer_model(view_renderer *r, view_model *model)
+{
+    r->model = model;
+    view_renderer_restart(r);
+}
+
+/* What VIEW_MODEL shows. */
+static view_model *model(const view_renderer *r)
+{
+    return r->model ? r->model : r->ball;
 }
 
 /* Uploads the map of the set, when it or the reference is first seen. */
 static void find_backdrop(view_renderer *r, const view_settings *s)
 {
-    const bool seen = (s->mode == VIEW_SPHERES || s->mode == VIEW_MODEL ||
-                       s->mode == VIEW_SCENE) &&
-                      s->sky && !r->set->own_sky && s->blur <= 0;
+    const bool seen = view_is_lit(s) && !set_of(r, 0)->own_sky &&
+                      s->background == VIEW_BACKGROUND_MAP;
 
-    if (r->knows_backdrop || (!seen && !view_wants_reference(s)))
+    if (r->knows_backdrop ||
+        (!seen && !view_wants_reference(s) && s->mode != VIEW_SOURCE_MAP))
         return;
     gl.DeleteTextures(1, &r->backdrop);
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_OTHER);
-    r->backdrop = view_upload_map(r->set);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_BACKDROP);
+    r->backdrop = view_upload_map(set_of(r, 0));
     r->knows_backdrop = true;
-}
-
-bool view_renderer_against(view_renderer *r, const baked_set *set)
-{
-    if (!load_maps(r->maps[1], set))
-        return false;
-    r->other = set;
-    r->stale = true;
-    return true;
-}
-
-/* A set by its specular file's folder, if two have the same name. */
-const char *view_renderer_side(const view_renderer *r, const view_settings *s,
-                               bool other, char *text, size_t size)
-{
-    const view_reflection way = other ? s->against : s->reflection;
-    const baked_set *set = other ? r->other : r->set;
-    const char *name = view_reflection_names[way];
-
-    if (!r->other || (other && way == VIEW_REFERENCE))
-        return name;
-    if (strcmp(r->set->name, r->other->name) || !set->path[VIEW_SPECULAR])
-        snprintf(text, size, "%s of %.80s", name, set->name);
-    else
-        snprintf(text, size, "%s of %.160s", name, set->path[VIEW_SPECULAR]);
-    return text;
 }
 
 static void bind_maps(const GLuint maps[VIEW_CONTENTS])
@@ -215,368 +235,338 @@ static double distance2(const view_sphere *p, const double eye[3])
     return sum;
 }
 
-/* Sorts from back to front: among spheres of equal radius, a farther centre is
- * never in front. By insertion, since the order hardly changes. */
-static void sort_spheres(const view_sphere *spheres, int count,
-                         const double eye[3], int *order)
+/* From back to front: among spheres of equal radius, a farther centre is never
+ * in front. Sorted by insertion, since the order hardly changes. */
+static void update_spheres(view_renderer *r, side *to, const view_settings *s)
 {
-    for (int i = 0; i < count; i++) {
-        int at = i;
-        const double d = distance2(&spheres[i], eye);
-        for (; at && distance2(&spheres[order[at - 1]], eye) < d; at--)
-            order[at] = order[at - 1];
-        order[at] = i;
-    }
-}
-
-static void update_spheres(view_renderer *r, const view_settings *s, int width,
-                           int height)
-{
-    const view_camera camera = view_camera_of(s, width, height);
+    const view_camera camera = view_camera_of(s, r->area.width, r->area.height);
     view_sphere spheres[MAX_SPHERES];
     instance sorted[MAX_SPHERES];
     int order[MAX_SPHERES];
     const int count = view_grid(s, spheres);
     const size_t bytes = count * sizeof *sorted;
 
-    sort_spheres(spheres, count, camera.eye, order);
+    for (int i = 0; i < count; i++) {
+        int at = i;
+        const double d = distance2(&spheres[i], camera.eye);
+        for (; at && distance2(&spheres[order[at - 1]], camera.eye) < d; at--)
+            order[at] = order[at - 1];
+        order[at] = i;
+    }
     for (int i = 0; i < count; i++) {
         double values[12];
         memcpy(values, &spheres[order[i]], sizeof values);
         for (int k = 0; k < 12; k++)
             sorted[i].value[k] = (float)values[k];
     }
-    if (count == r->count && !memcmp(sorted, r->sorted, bytes))
+    if (count == to->count && !memcmp(sorted, to->sorted, bytes))
         return;
     view_renderer_restart(r);
-    r->count = count;
-    memcpy(r->sorted, sorted, bytes);
-    gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
+    to->count = count;
+    memcpy(to->sorted, sorted, bytes);
+    gl.BindBuffer(GL_ARRAY_BUFFER, to->buffer);
     gl.BufferSubData(GL_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, sorted);
 }
 
-/* ---- passes ------------------------------------------------------------ */
+/* ---- frames ------------------------------------------------------------ */
 
 static void upload_frame(const view_renderer *r, const view_frame *f)
 {
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
-}
-
-/* Whether the linear pictures can stay: all places are drawn. Without them,
- * only while the reference gathers samples; the scene moves. */
-static bool stays(const view_renderer *r)
-{
-    const int all = view_places(&r->settings);
-
-    return r->places >= all && view_shows_materials(&r->settings) &&
-           (all > 1 || view_wants_reference(&r->settings));
-}
-
-/* The backdrop is that of the first set for both. */
-static void fill_frame(const view_renderer *r, const view_settings *s,
-                       const baked_set *set, view_frame *f)
-{
-    view_frame_fill(f, s, set, r->width, r->height);
-    if (!r->backdrop)
-        return;
-    if (s->sky && !r->set->own_sky)
-        f->shading[2] = VIEW_BACKDROP_MAP;
-    f->diffuse[2] = (float)(r->set->source_yaw / 360);
-    f->display[3] = 1;
-}
-
-/* Begins anew if the picture has changed; sets the next place in the pixels
- * for all that is drawn. A model that moves has fewer samples if all of them
- * are slow. */
-static void choose_place(view_renderer *r, const view_settings *s)
-{
-    const int all = view_places(s);
-    view_settings at = *s;
-    view_frame frame;
-
-    fill_frame(r, s, r->set, &r->frame);
-    const bool moves =
-        r->stale || memcmp(&r->frame, &r->linear, VIEW_FRAME_LINEAR) != 0;
-    if (moves || r->rough || (s->mode == VIEW_SCENE && r->places >= all))
-        r->places = 0;
-    r->rough = moves && s->mode == VIEW_MODEL && s->multisample > 1 &&
-               r->seconds > slow_seconds;
-    if (r->rough)
-        at.multisample = 1;
-    r->linear = r->frame;
-    r->stale = false;
-    frame = r->frame;
-    if (all > 1) {
-        view_set_place(&at, r->places % all);
-        fill_frame(r, &at, r->set, &frame);
-    }
-    r->settings = at;
-    upload_frame(r, &frame);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
 }
 
-void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
+static bool has_ground(const view_settings *s)
 {
-    r->probes = probes;
-    r->stale = true;
-    if (r->stage)
-        view_scene_use(r->stage, probes);
+    return s->ground && s->mode == VIEW_MODEL;
 }
 
-void view_renderer_model(view_renderer *r, view_model *model)
+/* Backdrop and main light are those of the first set for both. */
+static void fill_frame(const view_renderer *r, int i, const view_settings *s,
+                       view_frame *f)
 {
-    r->model = model;
-    view_renderer_restart(r);
+    view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
+    if (has_ground(s))
+        view_ground_fill(&r->ground, s, set_of(r, 0), model(r), f);
+    if (!r->backdrop)
+        return;
+    if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
+        f->shading[2] = VIEW_BACKDROP_MAP;
+    f->diffuse[2] = (float)(set_of(r, 0)->source_yaw / 360);
+    f->diffuse[3] = 1;
 }
 
-/* What VIEW_MODEL shows. */
-static view_model *model(const view_renderer *r)
+/* Captures what is due for the scene; the picture begins anew if that changes
+ * it. */
+static bool update_stage(view_renderer *r, int i, const view_settings *s)
 {
-    return r->model ? r->model : r->ball;
+    side *of = &r->side[i];
+    const GLuint *maps = maps_of(r, i), level0 = maps[VIEW_SPECULAR];
+    view_room_environment e = {.specular = level0,
+                               .irradiance = maps[VIEW_IRRADIANCE],
+                               .sky = maps[VIEW_SKY] ? maps[VIEW_SKY] : level0,
+                               .map = r->backdrop && !set_of(r, 0)->own_sky};
+
+    fill_frame(r, i, s, &e.frame);
+    if (!of->stage && (of->stage = view_scene_create()))
+        view_scene_use(of->stage, r->probes);
+    return of->stage && view_scene_update(of->stage, s, &e, maps[VIEW_LUT],
+                                          r->model, &r->stale);
 }
 
-/* Makes the ball, if it is shown, of the settings. False, with a message. */
-static bool make_subject(view_renderer *r, const view_settings *s)
+/* Prepares what the mode shows. False, with a message. */
+static bool update(view_renderer *r, int i, const view_settings *state)
 {
-    if (r->model)
-        return true;
-    if (!r->ball)
-        r->ball = view_model_ball();
-    if (r->ball && view_model_paint(r->ball, s))
-        view_renderer_restart(r);
-    return r->ball;
-}
-
-static bool draw_stage(view_renderer *r)
-{
-    const GLuint *maps = r->maps[0], level0 = maps[VIEW_SPECULAR],
-                 sky = maps[VIEW_SKY];
-    const view_room_environment e = {.specular = level0,
-                                     .irradiance = maps[VIEW_IRRADIANCE],
-                                     .sky = sky ? sky : level0,
-                                     .frame = r->frame,
-                                     .map = r->backdrop && !r->set->own_sky};
-
-    if (!r->stage && (r->stage = view_scene_create()))
-        view_scene_use(r->stage, r->probes);
-    if (!r->stage)
-        return false;
-    return view_scene_draw(r->stage, &r->settings, &e, maps[VIEW_LUT],
-                           r->picture[0].framebuffer, r->width, r->height);
-}
-
-/* Draws a map with unfiltered texels. */
-static void inspect(const view_renderer *r)
-{
-    gl.BindSampler(VIEW_UNIT_SPECULAR, r->nearest);
-    gl.BindSampler(VIEW_UNIT_IRRADIANCE, r->nearest);
-    view_gl_draw_full(r->inspect);
-    gl.BindSampler(VIEW_UNIT_SPECULAR, 0);
-    gl.BindSampler(VIEW_UNIT_IRRADIANCE, 0);
-}
-
-static view_reflection reflection_of(const view_renderer *r, int side)
-{
-    return side ? r->settings.against : r->settings.reflection;
-}
-
-/* Draws what follows by the maps of a set. */
-static void use_set(view_renderer *r, int i)
-{
+    side *to = &r->side[i];
+    view_settings at = *state, *s = &at;
     view_frame frame;
 
-    fill_frame(r, &r->settings, i ? r->other : r->set, &frame);
-    upload_frame(r, &frame);
-    bind_maps(r->maps[i]);
+    if (!r->model && s->mode == VIEW_MODEL)
+        s->override = VIEW_MATERIAL;
+    if (has_ground(s) && !r->ground.known)
+        view_ground_load(&r->ground, set_of(r, 0));
+
+    if (s->mode == VIEW_SPHERES)
+        update_spheres(r, to, s);
+    if (s->mode == VIEW_MODEL && !r->model && !r->ball &&
+        !(r->ball = view_model_ball()))
+        return false;
+    if (s->mode == VIEW_MODEL) {
+        view_model_place(model(r), (const double[3]){0}, 1);
+        s->pose = view_model_camera(model(r), s->file_camera - 1);
+    }
+    if (s->mode == VIEW_SCENE && !update_stage(r, i, s))
+        return false;
+    fill_frame(r, i, s, &frame);
+    if (memcmp(&frame, &to->frame, VIEW_FRAME_LINEAR) != 0)
+        r->stale = true;
+    to->frame = frame;
+    to->settings = *s;
+    return true;
 }
 
-static int backdrop_of(const view_renderer *r)
-{
-    const int kind = r->frame.shading[2];
+/* ---- passes ------------------------------------------------------------ */
 
-    return kind != VIEW_BACKDROP_NONE && r->frame.diffuse[3] > 0 ? BLURRED
-                                                                 : kind;
+/* The program of what is behind materials. */
+static GLuint *sky_of(view_renderer *r, const side *of)
+{
+    return &r->sky[2 * of->frame.shading[2] + has_ground(&of->settings)];
 }
 
-static bool is_plain(const view_settings *s)
+/* Whether the tone curve is all that is to display. */
+static bool is_plain(const view_renderer *r)
 {
-    return view_shows_materials(s) && !view_compares(s) && !s->false_colour;
-}
+    const view_settings *s = &r->side[0].settings;
 
-/* Makes the program of a constant. */
-static bool make_variant(GLuint *program, const char *file, const char *name,
-                         int value)
-{
-    char define[40];
-
-    snprintf(define, sizeof define, "#define %s %d\n", name, value);
-    if (!*program)
-        *program =
-            view_program_from(view_shader_files, define, "full.vert", file);
-    return *program;
+    return view_is_lit(s) && r->sides == 1 && !s->false_colour &&
+           s->background != VIEW_BACKGROUND_TRANSPARENT;
 }
 
 /* Makes the programs of the frame. */
 static bool make_variants(view_renderer *r)
 {
-    const view_settings *s = &r->settings;
-    const int kind = backdrop_of(r);
+    const view_settings *s = &r->side[0].settings;
+    char define[64];
 
-    return (!view_shows_materials(s) ||
-            make_variant(&r->sky[kind], "sky.frag", "BACKDROP", kind)) &&
-           (!is_plain(s) || make_variant(&r->tone[s->tone], "display.frag",
-                                         "TONE", (int)s->tone));
-}
-
-static view_subject subject(const view_renderer *r)
-{
-    return (view_subject){.sky = r->sky[backdrop_of(r)],
-                          .instances = r->instances,
-                          .count = r->count,
-                          .model =
-                              r->settings.mode == VIEW_MODEL ? model(r) : NULL,
-                          .width = r->width,
-                          .height = r->height,
-                          .eye = r->frame.eye,
-                          .frame = r->frame_buffer,
-                          .mean = &r->mean};
-}
-
-/* Draws spheres or the model over the sky. */
-static bool draw_materials(view_renderer *r, int side)
-{
-    const baked_set *set = side && r->other ? r->other : r->set;
-    const view_subject seen = subject(r);
-    const view_model_light light = {.reflection = (int)reflection_of(r, side),
-                                    .sheen = set->texture[VIEW_SHEEN].data,
-                                    .harmonics =
-                                        r->settings.diffuse == VIEW_DIFFUSE_SH};
-    const int reflection = light.reflection;
-
-    if (!view_image_make(&r->picture[side], r->width, r->height))
-        return false;
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, reflection),
-                     sizeof reflection, &reflection);
-    return view_subject_draw(&seen, &light, r->sphere, &r->picture[side],
-                             &r->canvas, r->settings.multisample);
-}
-
-static bool draw_side(view_renderer *r, int side)
-{
-    if (r->settings.mode == VIEW_SCENE)
-        return draw_stage(r);
-    if (view_shows_materials(&r->settings))
-        return draw_materials(r, side);
-    inspect(r);
-    return true;
-}
-
-static bool draw_sides(view_renderer *r)
-{
-    const int sides = view_compares(&r->settings) ? 2 : 1;
-
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->picture[0].framebuffer);
-    gl.Viewport(0, 0, r->width, r->height);
-    gl.Disable(GL_BLEND);
-    for (int side = 0; side < sides; side++) {
-        if (side && r->other)
-            use_set(r, 1);
-        if ((!view_shows_materials(&r->settings) ||
-             reflection_of(r, side) != VIEW_REFERENCE) &&
-            (!draw_side(r, side) ||
-             (view_places(&r->settings) > 1 &&
-              !view_mean_add(&r->mean, &r->picture[side],
-                             1 / (1 + (float)r->places), &r->means[side]))))
+    for (int i = 0; i < r->sides && view_shows_materials(s); i++) {
+        const side *of = &r->side[i];
+        snprintf(define, sizeof define, "#define BACKDROP %d\n%s",
+                 of->frame.shading[2],
+                 has_ground(&of->settings) ? VIEW_GROUND_DEFINE : "");
+        if (!*sky_of(r, of))
+            *sky_of(r, of) = view_program_from(view_shader_files, define,
+                                               "full.vert", "sky.frag");
+        if (!*sky_of(r, of))
             return false;
     }
-    if (r->other)
-        use_set(r, 0);
+    snprintf(define, sizeof define, "#define TONE %d\n", (int)s->tone);
+    if (is_plain(r) && !r->tone[s->tone])
+        r->tone[s->tone] = view_program_from(view_shader_files, define,
+                                             "full.vert", "display.frag");
+    return !is_plain(r) || r->tone[s->tone];
+}
+
+static view_subject subject(view_renderer *r, const side *of)
+{
+    const bool shows_model = of->settings.mode == VIEW_MODEL;
+
+    return (view_subject){.sky = *sky_of(r, of),
+                          .instances = of->instances,
+                          .count = of->count,
+                          .programs = r->spheres,
+                          .model = shows_model ? model(r) : NULL,
+                          .width = r->area.width,
+                          .height = r->area.height,
+                          .eye = of->frame.eye,
+                          .frame = r->frame_buffer,
+                          .mean = r->mean};
+}
+
+/* Draws a map. */
+static void inspect(const view_renderer *r, const side *of)
+{
+    const GLuint sampler = of->settings.filter ? r->smooth : r->nearest;
+    static const GLuint units[] = {VIEW_UNIT_SPECULAR, VIEW_UNIT_IRRADIANCE,
+                                   VIEW_UNIT_BACKDROP};
+
+    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
+    for (int i = 0; i < 3; i++)
+        gl.BindSampler(units[i], sampler);
+    view_gl_draw_full(r->inspect);
+    for (int i = 0; i < 3; i++)
+        gl.BindSampler(units[i], 0);
+}
+
+/* Uploads the frame of the next place of a state. */
+static view_settings set_place(const view_renderer *r, int i)
+{
+    view_settings at = r->side[i].settings;
+    view_frame frame;
+
+    view_set_place(&at, r->places % view_places(&at));
+    fill_frame(r, i, &at, &frame);
+    upload_frame(r, &frame);
+    return at;
+}
+
+/* Draws one place of a state. */
+static bool draw_place(view_renderer *r, int i)
+{
+    side *of = &r->side[i];
+    const view_subject seen = subject(r, of);
+    const view_settings at = set_place(r, i);
+    const view_lighting light = {.reflection = at.reflection,
+                                 .diffuse = view_diffuse_of(&at, set_of(r, i)),
+                                 .parts = at.parts,
+                                 .rough_fresnel = at.rough_fresnel,
+                                 .override = at.override != VIEW_AS_IS,
+                                 .sheen =
+                                     set_of(r, i)->texture[VIEW_SHEEN].data};
+
+    if (at.mode == VIEW_SCENE)
+        return view_scene_draw(of->stage, &at, &of->picture);
+    if (view_shows_materials(&at))
+        return view_subject_draw(&seen, &light, &of->picture);
+    inspect(r, of);
     return true;
 }
 
-static bool linear_pass(view_renderer *r)
+static bool draw_truth(view_renderer *r, int i)
 {
-    const bool timed = r->settings.multisample > 1 && !r->places;
-    const double start = timed ? ibl_now() : 0;
+    side *of = &r->side[i];
+    const view_subject seen = subject(r, of);
 
-    if (!view_image_make(&r->picture[0], r->width, r->height))
+    if (!of->truth)
+        of->truth = view_truth_create(set_of(r, 0));
+    set_place(r, i);
+    return of->truth &&
+           view_truth_draw(of->truth, &of->frame, &seen, r->samples);
+}
+
+/* Adds a place, or samples of the reference, to the picture of a state. */
+static bool draw_side(view_renderer *r, int i)
+{
+    side *of = &r->side[i];
+    const int all = view_places(&of->settings);
+
+    bind_maps(maps_of(r, i));
+    if (has_ground(&of->settings) &&
+        !view_ground_draw(&r->ground, &of->frame, model(r),
+                          r->places == 0 || r->sides > 1))
         return false;
-    if (stays(r))
-        return true;
-    if (!draw_sides(r))
-        return false;
-    if (timed) {
-        gl.Finish();
-        r->seconds = ibl_now() - start;
-    }
-    return true;
-}
-
-static bool truth_pass(view_renderer *r)
-{
-    const view_subject seen = subject(r);
-
-    r->has_truth = false;
-    if (!view_wants_reference(&r->settings))
-        return true;
-    if (!r->truth)
-        r->truth = view_truth_create(r->set);
-    r->has_truth =
-        r->truth && view_truth_draw(r->truth, &r->frame, &seen, r->samples);
-    return r->has_truth;
-}
-
-/* What a side shows. */
-static GLuint picture_of(const view_renderer *r, int side)
-{
-    return view_shows_materials(&r->settings) &&
-                   reflection_of(r, side) == VIEW_REFERENCE
-               ? view_truth_texture(r->truth)
-           : view_places(&r->settings) > 1 ? r->means[side].texture
-                                           : r->picture[side].texture;
-}
-
-static void display_pass(const view_renderer *r, GLuint framebuffer)
-{
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl.Viewport(0, 0, r->width, r->height);
+    view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
+    gl.Viewport(0, 0, r->area.width, r->area.height);
     gl.Disable(GL_BLEND);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
+    if (view_wants_reference(&of->settings))
+        return draw_truth(r, i);
+    if (r->places >= all)
+        return true;
+    return view_image_make(&of->picture, r->area.width, r->area.height) &&
+           draw_place(r, i) &&
+           (all == 1 || view_mean_add(r->mean, &of->picture,
+                                      1 / (1 + (float)r->places), &of->mean));
+}
+
+static GLuint picture_of(const view_renderer *r, int i)
+{
+    const side *of = &r->side[i];
+
+    return view_wants_reference(&of->settings) ? view_truth_texture(of->truth)
+           : view_places(&of->settings) > 1    ? of->mean.texture
+                                               : of->picture.texture;
+}
+
+static void display_pass(const view_renderer *r, GLuint framebuffer, int x,
+                         int y)
+{
+    const GLuint program =
+        is_plain(r) ? r->tone[r->side[0].settings.tone] : r->display;
+
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.Viewport(x, y, r->area.width, r->area.height);
+    gl.Disable(GL_BLEND);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture_of(r, 0));
     view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D,
-                 view_compares(&r->settings) ? picture_of(r, 1) : 0);
-    view_gl_draw_full(is_plain(&r->settings) ? r->tone[r->settings.tone]
-                                             : r->display);
+                 r->sides > 1 ? picture_of(r, 1) : 0);
+    gl.UseProgram(program);
+    gl.Uniform2f(gl.GetUniformLocation(program, "origin"), (float)x, (float)y);
+    view_gl_draw_full(program);
 }
 
-bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
-                        int height)
+bool view_renderer_draw(view_renderer *r, const view_settings state[2],
+                        const view_area *area)
 {
-    if (!r->set)
+    bool ok = true;
+
+    if (!set_of(r, 0))
         return view_fail("nothing is loaded that could be drawn");
-    r->stale |= width != r->width || height != r->height;
-    r->width = width;
-    r->height = height;
-    update_spheres(r, s, width, height);
-    if (s->mode == VIEW_MODEL && !make_subject(r, s))
+    r->stale |= area->width != r->area.width ||
+                area->height != r->area.height ||
+                r->sides != (state[0].compare ? 2 : 1);
+    r->area = *area;
+    r->sides = state[0].compare ? 2 : 1;
+    for (int i = 0; i < r->sides && ok; i++) {
+        r->stale |= state[i].seams != r->side[i].settings.seams;
+        find_backdrop(r, &state[i]);
+        ok = update(r, i, &state[i]);
+    }
+    if (r->stale)
+        r->places = 0;
+    r->stale = false;
+    ok = ok && make_variants(r);
+    for (int i = 0; i < r->sides && ok; i++) {
+        if (state[i].seams)
+            gl.Disable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+        ok = draw_side(r, i);
+        gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    }
+    if (!ok) {
+        r->stale = true;
         return false;
-    find_backdrop(r, s);
-    choose_place(r, s);
-    bind_maps(r->maps[0]);
-    view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D, r->backdrop);
-    if (!make_variants(r) || !linear_pass(r) || !truth_pass(r))
-        return false;
+    }
     r->places++;
-    r->settings = *s;
-    display_pass(r, 0);
+    upload_frame(r, &r->side[0].frame);
+    display_pass(r, r->target, area->x, area->y);
     return view_gl_check("drawing");
+}
+
+void view_renderer_target(view_renderer *r, GLuint framebuffer)
+{
+    r->target = framebuffer;
+}
+
+void view_renderer_show(view_renderer *r, double ev)
+{
+    r->side[0].settings.ev = ev;
+    r->side[0].frame.display[0] = (float)exp2(ev);
+    upload_frame(r, &r->side[0].frame);
+    display_pass(r, r->target, r->area.x, r->area.y);
 }
 
 bool view_renderer_complete(const view_renderer *r)
 {
-    return !r->rough && r->places >= view_places(&r->settings);
+    return r->places >= view_places(&r->side[0].settings);
 }
 
 /* ---- reading back ------------------------------------------------------- */
@@ -585,88 +575,69 @@ bool view_renderer_complete(const view_renderer *r)
 static bool read_floats(const view_renderer *r, GLuint picture, GLenum format,
                         float *to)
 {
-    const size_t row = (size_t)r->width * (format == GL_RGB ? 3 : 1);
+    const size_t row = (size_t)r->area.width * (format == GL_RGB ? 3 : 1);
 
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
     gl.GetTexImage(GL_TEXTURE_2D, 0, format, GL_FLOAT, to);
-    view_picture_flip(to, row * sizeof *to, r->height);
+    view_picture_flip(to, row * sizeof *to, r->area.height);
     return view_gl_check("reading the picture");
 }
 
-bool view_renderer_read(const view_renderer *r, bool other, float *rgb)
+bool view_renderer_read(const view_renderer *r, int i, float *rgb)
 {
-    if (!r->picture[0].width || (other && !view_compares(&r->settings)))
+    if (i >= r->sides)
         return view_fail("there is no picture to read");
-    return read_floats(r, picture_of(r, other), GL_RGB, rgb);
-}
-
-/* Displays the last picture in a buffer of its own: colours and framebuffer. */
-static bool draw_again(const view_renderer *r, GLenum format, GLuint made[2])
-{
-    gl.GenRenderbuffers(1, &made[0]);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, made[0]);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, format, r->width, r->height);
-    gl.GenFramebuffers(1, &made[1]);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, made[1]);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                               GL_RENDERBUFFER, made[0]);
-    display_pass(r, made[1]);
-    return view_gl_check("drawing a picture");
-}
-
-static void free_drawn(const GLuint made[2])
-{
-    gl.DeleteFramebuffers(1, &made[1]);
-    gl.DeleteRenderbuffers(1, &made[0]);
-}
-
-unsigned char *view_renderer_picture(const view_renderer *r)
-{
-    unsigned char *rgb = NULL;
-    GLuint made[2];
-
-    if (draw_again(r, GL_RGBA8, made))
-        rgb = view_picture_read(made[1], r->width, r->height);
-    free_drawn(made);
-    return rgb;
+    return read_floats(r, picture_of(r, i), GL_RGB, rgb);
 }
 
 bool view_renderer_linear(const view_renderer *r, float *rgb)
 {
-    view_frame raw = r->frame;
-    GLuint made[2];
+    const int width = r->area.width, height = r->area.height;
+    view_frame raw = r->side[0].frame;
+    view_image shown = {0};
 
     raw.show[0] = -1;
     upload_frame(r, &raw);
-    const bool ok = draw_again(r, GL_RGBA32F, made);
-    if (ok)
-        gl.ReadPixels(0, 0, r->width, r->height, GL_RGB, GL_FLOAT, rgb);
-    free_drawn(made);
-    upload_frame(r, &r->frame);
-    view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
-    return ok && view_gl_check("reading a picture");
+    bool ok = view_image_make(&shown, width, height);
+    if (ok) {
+        display_pass(r, shown.framebuffer, 0, 0);
+        ok = read_floats(r, shown.texture, GL_RGB, rgb);
+    }
+    view_image_free(&shown);
+    upload_frame(r, &r->side[0].frame);
+    return ok;
 }
 
 view_scene *view_renderer_stage(const view_renderer *r)
 {
-    return r->stage;
+    return r->side[0].stage;
+}
+
+/* The side that is the reference, or NULL. */
+static const side *sampled(const view_renderer *r)
+{
+    for (int i = 0; i < r->sides; i++)
+        if (view_wants_reference(&r->side[i].settings) && r->side[i].truth)
+            return &r->side[i];
+    return NULL;
 }
 
 int view_renderer_samples(const view_renderer *r)
 {
-    return r->has_truth ? view_truth_samples(r->truth) : 0;
+    return sampled(r) ? view_truth_samples(sampled(r)->truth) : 0;
 }
 
 const char *view_renderer_environment(const view_renderer *r)
 {
-    return r->has_truth ? view_truth_environment(r->truth) : NULL;
+    return sampled(r) ? view_truth_environment(sampled(r)->truth) : NULL;
 }
 
 void view_renderer_restart(view_renderer *r)
 {
     r->stale = true;
-    if (r->truth)
-        view_truth_restart(r->truth);
+    for (int i = 0; i < 2; i++)
+        if (r->side[i].truth)
+            view_truth_restart(r->side[i].truth);
 }
 
 void view_renderer_pace(view_renderer *r, int samples)
@@ -674,57 +645,82 @@ void view_renderer_pace(view_renderer *r, int samples)
     r->samples = samples;
 }
 
-/* Reads what the pixels show of a model: the number of a material; -1: none, or
- * what is seen through. */
-static bool read_materials(view_renderer *r, int *shown)
-{
-    const size_t count = (size_t)r->width * (size_t)r->height;
-    const int side = r->settings.reflection == VIEW_REFERENCE;
-    float *alpha = ibl_need(malloc(count * sizeof *alpha));
-    const bool ok = read_floats(r, r->picture[side].texture, GL_ALPHA, alpha);
-    for (size_t i = 0; i < count; i++)
-        shown[i] = alpha[i] >= 2 ? (int)alpha[i] - 2 : -1;
-    free(alpha);
-    return ok;
-}
-
-/* What each pixel shows: a sphere of the grid or a material of the model. */
+/* What each pixel shows: a sphere of the grid, an opaque material of the model,
+ * of other pictures 0 where there is something; -1: nothing. */
 static bool find_shown(view_renderer *r, int *shown)
 {
-    if (r->settings.mode == VIEW_MODEL)
-        return read_materials(r, shown);
-    view_errors_spheres(&r->settings, r->width, r->height, shown);
-    return true;
+    side *of = &r->side[0];
+    const view_settings *s = &of->settings;
+    const size_t count = (size_t)r->area.width * (size_t)r->area.height;
+    const view_lighting number = {.parts = VIEW_PARTS_COUNT};
+    view_subject seen = subject(r, of);
+    view_image picture = {0};
+    bool ok = true;
+
+    if (s->mode == VIEW_SPHERES) {
+        view_errors_spheres(s, r->area.width, r->area.height, shown);
+        return true;
+    }
+    float *value = ibl_need(malloc(count * sizeof *value));
+    if (s->mode == VIEW_MODEL) {
+        gl.Viewport(0, 0, r->area.width, r->area.height);
+        upload_frame(r, &of->frame);
+        seen.sky = 0;
+        ok = view_image_make(&picture, r->area.width, r->area.height) &&
+             view_subject_draw(&seen, &number, &picture) &&
+             read_floats(r, picture.texture, GL_RED, value);
+        view_image_free(&picture);
+    } else {
+        ok = read_floats(r, of->picture.texture, GL_ALPHA, value);
+    }
+    for (size_t i = 0; i < count; i++)
+        shown[i] = s->mode == VIEW_MODEL ? (int)value[i] - 1 : -(value[i] <= 0);
+    free(value);
+    return ok;
 }
 
 int view_renderer_parts(const view_renderer *r)
 {
-    const view_settings *s = &r->settings;
+    const view_settings *s = &r->side[0].settings;
 
-    return s->mode == VIEW_MODEL ? view_model_materials(model(r))
-                                 : s->rows * s->columns;
+    return s->mode == VIEW_MODEL     ? view_model_materials(model(r))
+           : s->mode == VIEW_SPHERES ? s->rows * s->columns
+                                     : 1;
 }
 
 const char *view_renderer_part(const view_renderer *r, int i)
 {
-    return view_model_material(model(r), i);
+    return r->side[0].settings.mode == VIEW_MODEL
+               ? view_model_material(model(r), i)
+               : "";
 }
 
 int view_renderer_errors(view_renderer *r, view_error *errors)
 {
-    const size_t pixels = (size_t)r->width * (size_t)r->height;
+    const int count = view_renderer_parts(r);
+    const size_t pixels = (size_t)r->area.width * (size_t)r->area.height;
+    const side *of = sampled(r);
+    double factor = 0;
+    const GLuint second = of ? view_truth_second(of->truth, &factor) : 0;
 
-    if (!r->picture[0].width || !view_compares(&r->settings))
+    if (r->sides < 2)
         return 0;
-    float *pictures = ibl_need(malloc(6 * pixels * sizeof *pictures));
+    float *rgb = ibl_need(malloc(9 * pixels * sizeof *rgb));
     int *shown = ibl_need(malloc(pixels * sizeof *shown));
-    const bool ok = view_renderer_read(r, false, pictures) &&
-                    view_renderer_read(r, true, pictures + 3 * pixels) &&
-                    find_shown(r, shown);
+    const float *const pictures[4] = {
+        rgb, rgb + 3 * pixels, of == &r->side[0] ? rgb : rgb + 3 * pixels,
+        second ? rgb + 6 * pixels : NULL};
+    const bool ok =
+        view_renderer_read(r, 0, rgb) &&
+        view_renderer_read(r, 1, rgb + 3 * pixels) &&
+        (!second || read_floats(r, second, GL_RGB, rgb + 6 * pixels)) &&
+        find_shown(r, shown);
     if (ok)
-        view_errors(shown, view_renderer_parts(r), r->width, r->height,
-                    pictures, pictures + 3 * pixels, errors);
+        view_errors(shown, count, r->area.width, r->area.height, pictures,
+                    errors);
+    for (int i = 0; ok && i < count; i++)
+        errors[i].noise2 *= factor;
     free(shown);
-    free(pictures);
-    return ok ? view_renderer_parts(r) : 0;
+    free(rgb);
+    return ok ? count : 0;
 }

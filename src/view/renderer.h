@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Makes the picture in passes, each into what the next one reads:
- *   1. linear   scene-linear RGB floats: sky and spheres, a map, or the scene;
- *               the mean of several draws, each at another place in all
- *               pixels; two of different reflections, if settings.compare
- *               asks for it
- *   2. truth    the same spheres by the integral itself (truth.h), if the
- *               settings ask for it
+ * Makes the picture in passes, each into what the next one reads, for one state
+ * or for two that are compared:
+ *   1. linear   scene-linear RGBA floats: sky and spheres, a model, a map, or
+ *               the scene; the mean of several draws, each at another place in
+ *               all pixels
+ *   2. truth    the same spheres or model by the integral itself (truth.h)
  *   3. display  exposure, tone curve, sRGB, comparison; into framebuffer 0
- *   4. overlay  text (overlay.h)
  * A frame allocates nothing.
  *
  * Spheres are ray-traced on a quad each: normals are exact, and edges are
@@ -18,14 +16,18 @@
 #define VIEW_RENDERER_H
 
 #include "view/baked_set.h"
-#include "view/errors.h"
 #include "view/gl.h"
 #include "view/model.h"
-#include "view/probe_set.h"
-#include "view/scene_captures.h"
+#include "view/room.h"
 #include "view/sphere_grid.h"
+#include "view/truth.h"
 
 typedef struct view_renderer view_renderer;
+
+/* Where a picture is in a framebuffer, in pixels from the lower left. */
+typedef struct view_area {
+    int x, y, width, height;
+} view_area;
 
 /* Needs a current context. NULL, with a message. */
 view_renderer *view_renderer_create(void);
@@ -35,47 +37,37 @@ void view_renderer_free(view_renderer *r);
 /* Uploads the textures of a set and frees the previous ones; set must stay
  * valid until the next load. False, with a message. */
 bool view_renderer_load(view_renderer *r, const baked_set *set);
-
-/* Sets what the pictures of settings.against are drawn by, in place of the set;
- * set must stay valid until the next call. The reference stays that of the
- * set. False, with a message. */
+/* Sets what the second state is drawn by, in place of the set; set must stay
+ * valid until the next call. The reference stays that of the first set. False,
+ * with a message. */
 bool view_renderer_against(view_renderer *r, const baked_set *set);
-/* What a side shows, as "split", or "split of a/sky" if sets are compared. */
-const char *view_renderer_side(const view_renderer *r, const view_settings *s,
-                               bool other, char *text, size_t size);
-
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
-
-/* Sets the model of VIEW_MODEL, instead of the material ball; NULL: none. The
- * caller keeps it until the next call. */
+/* Sets the model of VIEW_MODEL, instead of the material ball, and of the scene;
+ * NULL: none. The caller keeps it until the next call. */
 void view_renderer_model(view_renderer *r, view_model *model);
 
-/* Draws the next place of view_places(s) in each pixel, and shows the mean of
- * those since the picture changed in framebuffer 0, width x height pixels.
- * False, with a message. */
-bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
-                        int height);
-
+/* Where pictures are shown: framebuffer 0 at first. */
+void view_renderer_target(view_renderer *r, GLuint framebuffer);
+/* Draws the next place of view_places in each pixel, and shows the mean of
+ * those since the picture changed. side: the state and, if its compare says so,
+ * the second one. False, with a message. */
+bool view_renderer_draw(view_renderer *r, const view_settings side[2],
+                        const view_area *area);
+/* Shows the last draw at another exposure. */
+void view_renderer_show(view_renderer *r, double ev);
 /* Whether the last draw was that of the last place in the pixels, with all
  * samples. */
 bool view_renderer_complete(const view_renderer *r);
 
-/* Reads the last draw, or what it was compared with: linear RGB, width * height
- * * 3 floats, rows from the top. False, with a message. */
-bool view_renderer_read(const view_renderer *r, bool other, float *rgb);
-
-/* Draws the last picture again, since covered pixels of a window are undefined,
- * and returns it as view_picture_read does. NULL, with a message. */
-unsigned char *view_renderer_picture(const view_renderer *r);
-
+/* Reads the linear picture of a side: RGB, width * height * 3 floats, rows from
+ * the top. False, with a message. */
+bool view_renderer_read(const view_renderer *r, int side, float *rgb);
 /* The last picture in linear light, without exposure, tone curve or gain; else
- * as it is shown: width * height * 3 floats, rows from the top. False, with a
- * message. */
+ * as it is shown. The same shape. False, with a message. */
 bool view_renderer_linear(const view_renderer *r, float *rgb);
-
-/* The scene; NULL before it was drawn. */
+/* The scene of the first side; NULL before it was drawn. */
 view_scene *view_renderer_stage(const view_renderer *r);
 
 /* Sets the samples of the reference per pixel and draw; 0 (default): as many as
@@ -91,8 +83,9 @@ void view_renderer_restart(view_renderer *r);
  * material. */
 int view_renderer_parts(const view_renderer *r);
 const char *view_renderer_part(const view_renderer *r, int i);
-/* Errors of each of them against the other reflection; returns their number.
- * 0: nothing is compared. */
+/* Errors of each of them, the first side's against the second's; of other
+ * pictures one, of all. Returns their number; 0: nothing is compared. errors:
+ * room for view_renderer_parts. */
 int view_renderer_errors(view_renderer *r, view_error *errors);
 
 #endif

@@ -4,15 +4,19 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/process.h"
 #include "common/signals.h"
+#include "view/controls.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 
 /* Prints - for spheres outside the picture. */
-static void print_error(double rmse)
+static void print_error(view_error e)
 {
+    const double rmse = view_error_rmse(e);
+
     if (rmse < 0)
         printf(" %7s", "-");
     else
@@ -31,65 +35,107 @@ static void print_grid(const view_settings *s, const view_error *errors)
     for (int row = s->rows - 1; row >= 0; row--) {
         printf("%20.3f", spheres[row * s->columns].metallic);
         for (int i = 0; i < s->columns; i++)
-            print_error(view_error_rmse(errors[row * s->columns + i]));
+            print_error(errors[row * s->columns + i]);
         putchar('\n');
     }
 }
 
-static void print_material(const char *name, view_error e)
+static view_error sum_of(const view_error *errors, int count)
 {
-    char text[64];
+    view_error all = {0};
 
-    snprintf(text, sizeof text, "%s", name);
-    ibl_one_line(text);
-    printf("%9d", e.pixels);
-    print_error(view_error_rmse(e));
-    printf(" %s\n", text);
+    for (int i = 0; i < count; i++) {
+        all.difference2 += errors[i].difference2;
+        all.truth2 += errors[i].truth2;
+        all.noise2 += errors[i].noise2;
+        all.pixels += errors[i].pixels;
+    }
+    return all;
 }
 
 static void print_materials(const view_renderer *r, const view_error *errors,
                             int count)
 {
-    view_error all = {0};
-
     printf("   pixels   error material\n");
-    for (int i = 0; i < count; i++) {
-        if (errors[i].pixels)
-            print_material(view_renderer_part(r, i), errors[i]);
-        all.difference2 += errors[i].difference2;
-        all.truth2 += errors[i].truth2;
-        all.pixels += errors[i].pixels;
+    for (int i = count > 1 ? 0 : count; i <= count; i++) {
+        const view_error e = i < count ? errors[i] : sum_of(errors, count);
+        char name[64];
+        if (i < count && !e.pixels)
+            continue;
+        snprintf(name, sizeof name, "%s",
+                 i < count ? view_renderer_part(r, i) : "(all)");
+        ibl_one_line(name);
+        printf("%9d", e.pixels);
+        print_error(e);
+        printf(" %s\n", name);
     }
-    print_material("(all)", all);
 }
 
-bool view_report_print(view_renderer *r, const view_settings *s)
+void view_report_side(const view_settings *side, int i, const baked_set *set,
+                      const baked_set *other, char *text, size_t size)
 {
-    char side[2][200];
+    const view_control *c;
 
-    if (!view_compares(s))
-        return false;
+    snprintf(text, size, "%.80s", other->name ? (i ? other : set)->name : "");
+    for (int k = 0; (c = view_control_at(k)); k++) {
+        char mine[80], its[80];
+        if (!c->label || !(c->where & VIEW_OF_SIDE))
+            continue;
+        view_control_text(c, &side[i], mine);
+        view_control_text(c, &side[!i], its);
+        if (strcmp(mine, its) != 0)
+            view_add(text, size, "%s%s %s", *text ? ", " : "", c->label, mine);
+    }
+}
+
+/* NULL: nothing is compared; else to be freed. */
+static view_error *errors_of(view_renderer *r, int *count)
+{
     view_error *errors =
         ibl_need(calloc((size_t)view_renderer_parts(r), sizeof *errors));
-    const int count = view_renderer_errors(r, errors);
-    if (!count) {
-        free(errors);
-        return false;
+
+    *count = view_renderer_errors(r, errors);
+    if (*count)
+        return errors;
+    free(errors);
+    return NULL;
+}
+
+void view_report_sum(view_renderer *r, char *text, size_t size)
+{
+    int count;
+    view_error *errors = errors_of(r, &count);
+
+    *text = '\0';
+    if (errors) {
+        const view_error all = sum_of(errors, count);
+        const double noise = 100 * view_error_noise(all);
+        snprintf(text, size, "RMSE %.2f %%", 100 * view_error_rmse(all));
+        if (noise > 0)
+            view_add(text, size, " (noise %.2g %%)", noise);
     }
-    printf("relative RMSE of %s against %s",
-           view_renderer_side(r, s, false, side[0], sizeof side[0]),
-           view_renderer_side(r, s, true, side[1], sizeof side[1]));
+    free(errors);
+}
+
+void view_report_print(view_renderer *r, const view_settings *s,
+                       const char *const names[2])
+{
+    int count;
+    view_error *errors = errors_of(r, &count);
+
+    if (!errors)
+        return;
+    printf("relative RMSE of %s against %s", names[0], names[1]);
     if (view_renderer_environment(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
                view_renderer_environment(r));
     putchar('\n');
-    if (s->mode == VIEW_MODEL)
-        print_materials(r, errors, count);
-    else
+    if (s->mode == VIEW_SPHERES)
         print_grid(s, errors);
+    else
+        print_materials(r, errors, count);
     free(errors);
     fflush(stdout);
-    return true;
 }
 
 void view_report_set(const baked_set *set)
@@ -114,12 +160,13 @@ void view_report_probe_set(const view_probe_set *set, const char *path)
     fflush(stdout);
 }
 
-void view_stats_add(view_stats *t, double ms)
+void view_stats_add(view_stats *t, double ms, double gpu)
 {
     if (!t->frames)
         t->begun = ibl_now() - 1e-3 * ms;
     t->frames++;
     t->sum += ms;
+    t->gpu += gpu;
     t->worst = fmax(t->worst, ms);
 }
 
@@ -130,19 +177,19 @@ void view_stats_end(view_stats *t, const view_renderer *r,
 
     if (s->mode == VIEW_SCENE) {
         const view_scene_state *state = view_scene_state_of(stage);
-        const double *ms = state->ms;
-        printf("probe seconds=%.3f size=%d capture=%s ms=%.1f drawing=%.1f "
-               "levels=%.1f irradiance=%.1f",
-               state->shown, s->probe_size,
-               view_probe_capture_names[s->probe_capture],
-               ms[0] + ms[1] + ms[2], ms[0], ms[1], ms[2]);
+        printf("probe seconds=%.3f size=%d capture=%s ms=%.1f", state->shown,
+               s->probe_size, view_probe_capture_names[s->probe_capture],
+               state->ms);
     } else {
         printf("view mode=%s", view_mode_names[s->mode]);
     }
-    printf(" frames=%d frame=%.1f worst=%.1f\n", t->frames, t->sum / t->frames,
-           t->worst);
+    printf(" frames=%d frame=%.1f worst=%.1f by=%s", t->frames,
+           t->sum / t->frames, t->worst, view_screen_by());
+    if (t->gpu > 0)
+        printf(" gpu=%.1f", t->gpu / t->frames);
+    putchar('\n');
     t->frames = 0;
-    t->sum = t->worst = 0;
+    t->sum = t->worst = t->gpu = 0;
 }
 
 void view_stats_tell(view_stats *t, const view_renderer *r,

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/scene_captures.h"
+#include "view/room.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/process.h"
 #include "common/signals.h"
+#include "view/gl.h"
 #include "view/message.h"
-#include "view/program.h"
 
 enum {
-    BOUNCES = 3, /* mirror captures in an update, each lit by the last */
-    WHOLE = 0    /* `steps` of view_capture_update */
+    BOUNCES = 3 /* mirror captures in an update, each lit by the last */
 };
 
 /* No sphere on that side comes so near to the mirror. */
@@ -27,7 +27,6 @@ static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
     view_room *room;
-    GLuint wires;          /* program of view_volumes_render */
     view_capture *capture; /* for all probes */
     view_cubes mirror;     /* two cubes, with moving objects */
     int shown;             /* index of the one to draw with */
@@ -38,13 +37,10 @@ struct view_scene {
     int due;  /* number of locals, from the end, to capture again */
     int seen; /* number of locals, from the start, that were captured */
     const view_probe_set *set; /* baked probes replace locals */
+    view_model *guest;         /* in place of the mirror, or NULL */
     view_settings made;        /* settings of the captures */
     view_scene_state now;      /* its draw is the one in progress */
-    view_canvas canvas;
-    bool fresh;  /* the captures match the settings */
-    bool begun;  /* an update in several frames has begun */
-    bool failed; /* the last update; no other one before a change */
-    double begun_at;
+    bool fresh;                /* the captures match the settings */
 };
 
 /* ---- create and free --------------------------------------------------- */
@@ -56,7 +52,7 @@ static void drop_captures(view_scene *st)
     view_cubes_free(&st->mirror);
     view_cubes_free(&st->locals);
     st->local_count = st->due = st->seen = 0;
-    st->fresh = st->begun = false;
+    st->fresh = false;
 }
 
 view_scene *view_scene_create(void)
@@ -84,69 +80,53 @@ void view_scene_use(view_scene *st, const view_probe_set *probes)
     st->fresh = false;
 }
 
-/* Makes cubes for count local probes and places the probes. */
-static bool make_locals(view_scene *st, int size, int count)
-{
-    GLint most = 0;
-
-    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
-    if (IBL_FACES * count > most)
-        return view_fail(
-            "%d probes are %d layers of a texture, this OpenGL has "
-            "%d: take %d probes",
-            count, IBL_FACES * count, most, most / IBL_FACES);
-    if (!view_cubes_make(&st->locals, size, count))
-        return view_fail("%d local probes with faces of %d: this OpenGL has no "
-                         "room for them: take fewer by --probes, or smaller "
-                         "ones by --probe-size",
-                         count, size);
-    view_scene_place(st->local, count);
-    st->local_count = count;
-    return true;
-}
-
-static bool make_cubes(view_scene *st, int size, int count)
-{
-    return (view_cubes_make(&st->mirror, size, 2) ||
-            view_fail("this OpenGL has no room for a probe with faces of %d",
-                      size)) &&
-           (!count || make_locals(st, size, count));
-}
-
+/* Makes what the settings ask for, unless it is there. */
 static bool make_captures(view_scene *st, const view_settings *s)
 {
-    const int locals = st->set ? 0 : s->probes;
+    const int count = st->set ? 0 : s->probes, size = s->probe_size;
+    GLint most = 0;
 
-    if (st->capture && locals == st->local_count &&
-        s->probe_size == st->made.probe_size &&
+    if (st->capture && count == st->local_count &&
+        size == st->made.probe_size &&
         s->probe_capture == st->made.probe_capture &&
         s->probe_limit == st->made.probe_limit)
         return true;
     drop_captures(st);
     st->made = *s;
-    st->capture = view_capture_create(s->probe_capture, s->probe_size);
-    if (st->capture && make_cubes(st, s->probe_size, locals))
+    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
+    if (IBL_FACES * count > most)
+        view_fail("%d probes are %d layers of a texture, this OpenGL has %d: "
+                  "take %d probes",
+                  count, IBL_FACES * count, most, most / IBL_FACES);
+    else if (!view_cubes_make(&st->mirror, size, 2) ||
+             (count && !view_cubes_make(&st->locals, size, count)))
+        view_fail("this OpenGL has no room for %d probes with faces of %d: "
+                  "take fewer by --probes, or smaller ones by --probe-size",
+                  count + 1, size);
+    else if ((st->capture = view_capture_create(s->probe_capture, size))) {
+        if (count)
+            view_scene_place(st->local, count);
+        st->local_count = count;
         return true;
+    }
     drop_captures(st);
     return false;
 }
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* The mirror's probe. It covers the room, and comes last unless asked
- * otherwise, while local probes are missing or where they leave holes. */
+/* The mirror's probe. It covers the room, and comes last, while local probes
+ * are missing or where they leave holes. */
 static ibl_probe mirror_probe(const view_scene *st)
 {
     const view_probe_maps *l = &st->now.draw.locals;
     const bool whole = !l->count || st->seen < st->local_count || l->holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
-                   .priority = st->made.mirror_priority,
+                   .priority = whole || st->set ? -1 : 1,
                    .layer = st->shown};
     double radius;
 
-    if (p.priority == VIEW_MIRROR_AUTO)
-        p.priority = whole || st->set ? -1 : 1;
     view_room_sphere(VIEW_SCENE_MIRROR, 0, p.position, &radius);
     for (int k = 0; k < 3; k++) {
         p.proxy.centre[k] = view_room_centre[k];
@@ -165,57 +145,43 @@ static double far_plane(const view_scene *st, const ibl_probe *p)
 
     if (!st->made.probe_limit)
         return whole_room_far;
-    for (int k = 0; k < 3; k++) {
-        const double away = fabs(p->position[k] - p->influence.centre[k]) +
-                            p->influence.half[k];
-        sum += away * away;
-    }
+    for (int k = 0; k < 3; k++)
+        sum += pow(fabs(p->position[k] - p->influence.centre[k]) +
+                       p->influence.half[k],
+                   2);
     return 1.01 * sqrt(sum);
 }
 
-/* A capture of a probe into its layer. */
-static view_capture_shot probe_shot(const view_scene *st, const ibl_probe *p,
-                                    const view_cubes *to)
+/* Captures a probe into its layer. */
+static void capture(view_scene *st, const ibl_probe *p, const view_cubes *to,
+                    bool moving)
 {
-    view_capture_shot s = {.room = st->room,
-                           .draw = st->now.draw,
-                           .far = far_plane(st, p),
-                           .to = to,
-                           .layer = p->layer};
-    view_room_draw *d = &s.draw;
+    view_room_draw d = st->now.draw;
 
-    d->moving = false;
-    d->widening = 0;
-    d->map = false;
-    d->bare = st->made.probe_limit;
-    d->seconds = st->begun_at; /* the same for all steps of an update */
-    d->shadows = st->made.capture_shadows;
-    memcpy(d->eye, p->position, sizeof d->eye);
-    return s;
+    d.moving = moving;
+    d.weights = d.map = false;
+    d.light.parts = VIEW_PARTS_ALL;
+    d.guest = NULL;
+    d.widening = 0;
+    d.bare = st->made.probe_limit;
+    d.camera =
+        (view_camera){.eye = {p->position[0], p->position[1], p->position[2]},
+                      .near = 0.05,
+                      .far = far_plane(st, p)};
+    view_capture_update(st->capture, st->room, &d, to, p->layer);
 }
 
-/* A capture into the mirror's cube that is not drawn with. The mirror is
- * invisible from inside: surfaces have one side. */
-static view_capture_shot mirror_shot(const view_scene *st, bool moving)
+/* The mirror, into its cube that is not drawn with. It is invisible from
+ * inside: surfaces have one side. */
+static void capture_mirror(view_scene *st, bool moving)
 {
+    const double started = ibl_now();
     ibl_probe p = mirror_probe(st);
 
-    p.layer = !st->shown;
-    view_capture_shot s = probe_shot(st, &p, &st->mirror);
-    s.draw.moving = moving;
-    s.timed = true;
-    return s;
-}
-
-static view_capture_state capture_mirror(view_scene *st, bool moving, int steps)
-{
-    const view_capture_shot s = mirror_shot(st, moving);
-    const view_capture_state state =
-        view_capture_update(st->capture, &s, steps);
-
-    if (state == VIEW_CAPTURE_DONE)
-        st->shown = !st->shown;
-    return state;
+    p.layer = st->shown = !st->shown;
+    capture(st, &p, &st->mirror, moving);
+    gl.Finish();
+    st->now.ms = 1e3 * (ibl_now() - started);
 }
 
 static view_probe_maps maps_of(const view_scene *st, const view_cubes *cubes,
@@ -239,7 +205,7 @@ static void use_mirror(view_scene *st)
     st->now.draw.dynamic = maps_of(st, &st->mirror, &st->probe, 1);
 }
 
-/* Lights the draw by the last complete captures. */
+/* Lights the draw by the last captures. */
 static void use_probes(view_scene *st)
 {
     st->now.draw.locals = st->set
@@ -248,97 +214,52 @@ static void use_probes(view_scene *st)
     use_mirror(st);
 }
 
-/* Draws with the mirror's new capture. */
-static void show_update(view_scene *st)
-{
-    use_probes(st);
-    st->begun = false;
-    st->now.shown = st->begun_at;
-    st->now.updates++;
-    memcpy(st->now.ms, view_capture_times(st->capture), sizeof st->now.ms);
-}
-
 /* Captures local probes once each, lit by the mirror's bounces, without moving
  * objects: one a call if settings spread them. Afterwards, or with baked ones,
  * captures the mirror again. */
-static bool capture_due(view_scene *st, const view_settings *s)
+static void capture_due(view_scene *st, const view_settings *s)
 {
     use_mirror(st);
     for (int left = s->spread && st->due ? 1 : st->due; left; left--) {
-        const int i = st->local_count - st->due;
-        const view_capture_shot shot =
-            probe_shot(st, &st->local[i], &st->locals);
-        if (view_capture_update(st->capture, &shot, WHOLE) != VIEW_CAPTURE_DONE)
-            return false;
-        st->due--;
+        const int i = st->local_count - st->due--;
+        capture(st, &st->local[i], &st->locals, false);
         if (st->seen <= i)
             st->seen = i + 1;
     }
     use_probes(st);
     if (st->due)
-        return true;
-    st->begun_at = st->now.draw.seconds;
-    if (capture_mirror(st, true, WHOLE) != VIEW_CAPTURE_DONE)
-        return false;
-    show_update(st);
-    return true;
+        return;
+    capture_mirror(st, true);
+    use_mirror(st);
+    st->now.shown = s->seconds;
+    st->now.updates++;
 }
 
 /* The environment lights the first bounce, the mirror's probe the next ones. */
-static bool capture_whole(view_scene *st, const view_settings *s)
+static void capture_whole(view_scene *st, const view_settings *s)
 {
     const bool has_others = st->local_count || st->set;
-    bool ok = true;
 
     st->made = *s;
-    st->begun_at = st->now.draw.seconds;
-    st->begun = st->failed = st->fresh = false;
+    st->fresh = true;
     st->due = st->local_count;
-    for (int bounce = 0; bounce < BOUNCES && ok; bounce++) {
-        ok = capture_mirror(st, !has_others, WHOLE) == VIEW_CAPTURE_DONE;
+    for (int bounce = has_others ? 0 : 1; bounce < BOUNCES; bounce++) {
+        capture_mirror(st, !has_others);
         use_mirror(st);
     }
-    if (ok && has_others)
-        ok = capture_due(st, s);
-    else if (ok)
-        show_update(st);
-    st->fresh = ok;
-    return ok;
+    capture_due(st, s);
 }
 
 /* Objects move when the time changes, also if it goes back. */
-static bool is_due(const view_scene *st, const view_settings *s)
+static void refresh(view_scene *st, const view_settings *s)
 {
     const double now = s->seconds, shown = st->now.shown;
 
-    return (now < st->begun_at || now - st->begun_at >= s->probe_interval) &&
-           (now < shown || now > shown);
-}
-
-static bool refresh(view_scene *st, const view_settings *s)
-{
-    if (st->due)
-        return capture_due(st, s);
-    use_probes(st);
-    if (st->failed || (!st->begun && !is_due(st, s)))
-        return true;
-    if (!st->begun)
-        st->begun_at = s->seconds;
-    st->begun = true;
-    switch (capture_mirror(st, true, s->probe_faces)) {
-    case VIEW_CAPTURE_BEGUN:
-        break;
-    case VIEW_CAPTURE_DONE:
-        show_update(st);
-        break;
-    case VIEW_CAPTURE_FAILED:
-        /* A retry would fail, with a message, in every frame. */
-        st->failed = true;
-        st->begun = false;
-        view_note("the scene's probe stays as it is until it is asked for in "
-                  "another way");
-    }
-    return true;
+    if (!st->due)
+        use_probes(st);
+    if (st->due || now < shown ||
+        (now > shown && now - shown >= s->probe_interval))
+        capture_due(st, s);
 }
 
 /* ---- frames ------------------------------------------------------------ */
@@ -368,119 +289,163 @@ static bool is_stale(const view_scene *st, const view_settings *s)
     const view_settings *m = &st->made;
 
     return !st->fresh || m->turn < s->turn || m->turn > s->turn ||
-           m->parallax != s->parallax || m->blend != s->blend ||
-           m->walls != s->walls || m->capture_shadows != s->capture_shadows;
+           m->parallax != s->parallax || m->probe_choice != s->probe_choice ||
+           m->nearest != s->nearest || m->reflection != s->reflection ||
+           m->diffuse != s->diffuse;
 }
 
-/* ---- volumes of probes --------------------------------------------------- */
-
-enum {
-    EDGES = 12,
-    PARTS = 64 /* lines of a circle */
-};
-
-const float view_volumes_influence[3] = {0, 0.7f, 0.7f};
-const float view_volumes_proxy[3] = {0.7f, 0, 0.7f};
-
-bool view_volumes_render(GLuint *program, double ev, const ibl_volume *volume,
-                         const float colour[3])
+bool view_scene_update(view_scene *st, const view_settings *s,
+                       const view_room_environment *environment, GLuint table,
+                       view_model *guest, bool *anew)
 {
-    const bool sphere = volume->shape == IBL_SHAPE_SPHERE;
-    const double *c = volume->centre, *half = volume->half;
-    const float scale = (float)exp2(-ev);
+    const view_room_draw before = st->now.draw;
+    const int updates = st->now.updates, seen = st->seen, due = st->due;
 
-    if (!*program)
-        *program = view_program("volume.vert", "volume.frag");
-    if (!*program)
-        return false;
-    gl.Disable(GL_BLEND);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.DepthFunc(GL_LEQUAL);
-    gl.DepthMask(GL_FALSE);
-    gl.VertexAttrib4f(1, (float)c[0], (float)c[1], (float)c[2],
-                      sphere ? PARTS : 0);
-    gl.VertexAttrib4f(2, (float)half[0], (float)half[sphere ? 0 : 1],
-                      (float)half[sphere ? 0 : 2], 1);
-    gl.VertexAttrib4f(3, scale * colour[0], scale * colour[1],
-                      scale * colour[2], 1);
-    view_gl_draw(*program, GL_LINES, 2 * (sphere ? 3 * PARTS : EDGES));
-    gl.DepthMask(GL_TRUE);
-    gl.DepthFunc(GL_LESS);
-    gl.Disable(GL_DEPTH_TEST);
-    return true;
-}
-
-/* Cuts a box to the room, where its wires are visible, and keeps them off the
- * proxies at the walls. */
-static void clip_to_room(ibl_volume *box)
-{
-    const double inset = 0.03;
-
-    for (int k = 0; k < 3; k++) {
-        const double wall = view_room_half[k] - inset;
-        const double low =
-            fmax(box->centre[k] - box->half[k], view_room_centre[k] - wall);
-        const double high =
-            fmin(box->centre[k] + box->half[k], view_room_centre[k] + wall);
-        box->centre[k] = 0.5 * (low + high);
-        box->half[k] = 0.5 * fmax(high - low, 0);
-    }
-}
-
-/* Proxies first, so influences are drawn over them. */
-static bool draw_volumes(view_scene *st, double ev)
-{
-    const view_probe_maps *l = &st->now.draw.locals;
-    bool ok = true;
-
-    for (int i = 0; i <= l->count && st->now.draw.parallax && ok; i++) {
-        const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
-        ok = !p->has_proxy ||
-             view_volumes_render(&st->wires, ev, &p->proxy, view_volumes_proxy);
-    }
-    for (int i = 0; i <= l->count && ok; i++) {
-        ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
-        if (v.shape == IBL_SHAPE_BOX)
-            clip_to_room(&v);
-        ok = view_volumes_render(&st->wires, ev, &v, view_volumes_influence);
-    }
-    return ok;
-}
-
-bool view_scene_draw(view_scene *st, const view_settings *s,
-                     const view_room_environment *environment, GLuint table,
-                     GLuint framebuffer, int width, int height)
-{
     if (!make_captures(st, s))
         return false;
-    st->now.draw = (view_room_draw){.seconds = s->seconds,
-                                    .moving = true,
-                                    .shadows = true,
-                                    .environment = *environment,
-                                    .table = table,
-                                    .parallax = s->parallax,
-                                    .walls = s->walls,
-                                    .sharp = !s->blend};
+    if (guest != st->guest)
+        st->fresh = false;
+    if ((st->guest = guest)) {
+        double middle[3], radius;
+        view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
+        /* From the floor to the top of the mirror. */
+        radius = 0.5 * (middle[1] + radius);
+        middle[1] = 0;
+        view_model_stand(guest, middle, radius);
+    }
+    st->now.draw = (view_room_draw){
+        .seconds = s->seconds,
+        .moving = true,
+        .mirror = !guest,
+        .shadows = true,
+        .environment = *environment,
+        .table = table,
+        .light = {.reflection = s->reflection ? VIEW_FIT : VIEW_SPLIT_SUM,
+                  .diffuse = (view_diffuse)environment->frame.choice[1],
+                  .parts = s->parts,
+                  .rough_fresnel = s->rough_fresnel,
+                  .override = s->override != VIEW_AS_IS},
+        .parallax = s->parallax,
+        .choice = s->probe_choice,
+        .nearest = s->nearest,
+        .weights = s->weights};
     st->now.draw.environment.turn = s->turn;
-    const view_camera camera = view_scene_camera(s, width, height);
-    view_camera_matrix(&camera, st->now.draw.clip);
-    memcpy(st->now.draw.eye, camera.eye, sizeof camera.eye);
-    if (!(is_stale(st, s) ? capture_whole : refresh)(st, s))
-        return false;
-    if (!view_canvas_begin(&st->canvas, width, height, s->multisample))
-        return false;
-    st->now.draw.widening = view_widening(s);
-    st->now.draw.map = environment->map;
-    view_room_render(st->room, &st->now.draw);
-    if (s->volumes && !draw_volumes(st, s->ev))
-        return false;
-    view_canvas_end(&st->canvas, framebuffer);
-    return view_gl_check("drawing the scene");
+    (is_stale(st, s) ? capture_whole : refresh)(st, s);
+    *anew =
+        *anew || updates != st->now.updates || seen != st->seen ||
+        due != st->due || before.seconds < s->seconds ||
+        before.seconds > s->seconds || before.weights != s->weights ||
+        memcmp(&before.light, &st->now.draw.light, sizeof before.light) != 0;
+    return view_gl_check("capturing the scene");
 }
 
-/* ---- state --------------------------------------------------- */
+bool view_scene_draw(view_scene *st, const view_settings *s, view_image *to)
+{
+    view_room_draw *d = &st->now.draw;
+
+    d->camera = view_scene_camera(s, to->width, to->height);
+    d->widening = view_widening(s);
+    d->map = d->environment.map;
+    d->guest = st->guest;
+    return view_room_render(st->room, d, to) &&
+           view_gl_check("drawing the scene");
+}
 
 const view_scene_state *view_scene_state_of(const view_scene *st)
 {
     return &st->now;
+}
+
+int view_scene_probe_at(const view_scene *st, const view_settings *s, int width,
+                        int height, double x, double y, double *weights)
+{
+    const view_camera c = view_scene_camera(s, width, height);
+    const view_room_draw *d = &st->now.draw;
+    const int count = d->locals.count;
+    int best = count + 1;
+    double p[3];
+
+    view_camera_ray(&c, width, height, x, y, p);
+    const double far = view_room_cast(d, c.eye, p);
+    if (isinf(far))
+        return VIEW_SCENE_NOWHERE;
+    for (int k = 0; k < 3; k++)
+        p[k] = c.eye[k] + far * p[k];
+    view_room_weights(d, p, weights);
+    for (int i = 0; i <= count; i++)
+        if (weights[i] > weights[best])
+            best = i;
+    return best > count ? -1 : best;
+}
+
+/* ---- local probes -------------------------------------------------------- */
+
+static const double eye_level = 1.5;
+/* Distance to keep from boxes and the mirror. */
+static const double clearance = 0.25;
+/* Extent of influence beyond walls, besides the blend width. */
+static const double overlap = 0.25;
+/* Blend width relative to the shortest side of a cell. It is the same for all
+ * probes, so neighbours sum to at least 1. */
+static const double blend_part = 0.4;
+
+/* Whether a probe there would be in a box or the mirror. */
+static bool is_blocked(const double p[3])
+{
+    double centre[3], radius;
+    bool in = true, any = false;
+
+    view_room_sphere(VIEW_SCENE_MIRROR, 0, centre, &radius);
+    for (int k = 0; k < 3; k++)
+        in = in && fabs(p[k] - centre[k]) < radius + clearance;
+    for (int i = 0; i < VIEW_ROOM_BOXES && !any; i++) {
+        const view_room_box *b = view_room_box_at(i);
+        any = true;
+        for (int k = 0; k < 3; k++)
+            any = any && p[k] > b->low[k] - clearance &&
+                  p[k] < b->high[k] + clearance;
+    }
+    return in || any;
+}
+
+void view_scene_place(ibl_probe *probes, int count)
+{
+    const double *c = view_room_centre, *h = view_room_half;
+    const int rows = (int)lround(sqrt(count));
+    const int columns = (count + rows - 1) / rows; /* maximum of a row */
+    const double blend = 2 * blend_part * fmin(h[0] / columns, h[2] / rows);
+    ibl_probe placed[VIEW_MAX_LOCALS] = {0};
+    int order[VIEW_MAX_LOCALS];
+
+    for (int i = 0, row = 0; i < count; i++) {
+        ibl_probe *p = &placed[i];
+        row += i == count * (row + 1) / rows;
+        const int first = count * row / rows;
+        const int cell[3] = {i - first, 0, row};
+        const int cells[3] = {count * (row + 1) / rows - first, 1, rows};
+        *p = (ibl_probe){.has_proxy = 1, .blend = blend};
+        for (int k = 0; k < 3; k++) {
+            const double half = h[k] / cells[k];
+            const double middle =
+                c[k] + h[k] * ((2.0 * cell[k] + 1) / cells[k] - 1);
+            /* Beyond walls, or into neighbours. */
+            const double before = cell[k] ? blend / 2 : blend + overlap;
+            const double after =
+                cell[k] < cells[k] - 1 ? blend / 2 : blend + overlap;
+            p->position[k] = k == 1 ? eye_level : middle;
+            p->influence.centre[k] = middle + (after - before) / 2;
+            p->influence.half[k] = half + (after + before) / 2;
+            p->proxy.centre[k] = c[k];
+            p->proxy.half[k] = h[k];
+        }
+        /* The nearest free place, to either side. */
+        const double x = p->position[0];
+        for (int n = 1; is_blocked(p->position); n++)
+            p->position[0] = x + (n % 2 ? 0.025 : -0.025) * (n + 1);
+    }
+    ibl_probes_order(placed, count, order);
+    for (int i = 0; i < count; i++) {
+        probes[i] = placed[order[i]];
+        probes[i].layer = i;
+    }
 }

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/settings.h"
 
-/* Radiant intensity of lights before the corners of the default grid; each
- * gives about as much as a bright overcast sky. */
-static const double lamp = 60;
-
 view_settings view_settings_default(void)
 {
     view_settings s = {
@@ -13,34 +9,32 @@ view_settings view_settings_default(void)
         .columns = 7,
         .metallic = {0, 1},
         .roughness = {0, 1},
-        .diffuse = VIEW_DIFFUSE_MAP,
+        .diffuse = VIEW_DIFFUSE_AUTO,
         .multiscatter = true,
         .fov = 30,
         .border = 0.04,
-        .sky = true,
+        .blur = 0.4,
         .tone = VIEW_TONE_NEUTRAL,
         .layout = VIEW_CROSS,
         .zoom = 1,
         .antialias = 1,
-        .multisample = 1,
-        .against = VIEW_REFERENCE,
         .split = 0.5,
         .gain = 10,
-        .parallax = true,
-        .walls = true,
-        .blend = true,
+        .parallax = VIEW_PARALLAX_BOX,
+        .nearest = 4,
         .probe_size = 256,
         .probe_interval = 0.5,
-        .capture_shadows = true,
-        .mirror_priority = VIEW_MIRROR_AUTO,
     };
+    /* Those of LearnOpenGL's chapter "Lighting" of PBR: 300 at +-10, +-10, 10,
+     * before spheres 2.5 apart. Here these are 1 apart, so lengths are times
+     * 0.4, and intensities, irradiance times a squared length, times 0.16. */
     for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {
         view_light *l = &s.light[i];
         l->position[0] = i % 2 ? 4 : -4;
         l->position[1] = i < 2 ? 4 : -4;
-        l->position[2] = 5;
+        l->position[2] = 4;
         for (int k = 0; k < 3; k++)
-            l->intensity[k] = lamp;
+            l->intensity[k] = 0.16 * 300;
     }
     return s;
 }
@@ -50,24 +44,21 @@ bool view_shows_materials(const view_settings *s)
     return s->mode == VIEW_SPHERES || s->mode == VIEW_MODEL;
 }
 
-bool view_compares(const view_settings *s)
+bool view_is_lit(const view_settings *s)
 {
-    return view_shows_materials(s) && s->compare != VIEW_ALONE;
+    return view_shows_materials(s) || s->mode == VIEW_SCENE;
 }
 
 bool view_wants_reference(const view_settings *s)
 {
-    return view_shows_materials(s) &&
-           (s->reflection == VIEW_REFERENCE ||
-            (s->compare != VIEW_ALONE && s->against == VIEW_REFERENCE));
+    return view_shows_materials(s) && s->reflection == VIEW_REFERENCE;
 }
 
 int view_places(const view_settings *s)
 {
-    const bool smooth = view_shows_materials(s) ||
-                        (s->mode == VIEW_SCENE && s->multisample == 1);
-
-    return smooth ? s->antialias * s->antialias : 1;
+    return view_shows_materials(s) || s->mode == VIEW_SCENE
+               ? s->antialias * s->antialias
+               : 1;
 }
 
 void view_set_place(view_settings *s, int i)
@@ -80,7 +71,7 @@ void view_set_place(view_settings *s, int i)
 
 double view_widening(const view_settings *s)
 {
-    return s->antialias > 1 && !view_compares(s) && !view_wants_reference(s)
+    return s->antialias > 1 && !s->compare && !view_wants_reference(s)
                ? 1.0 / s->antialias
                : 0;
 }
@@ -91,21 +82,41 @@ bool view_needs_lobes(view_reflection reflection)
 }
 
 const char *const view_mode_names[VIEW_MODES + 1] = {
-    "spheres", "levels", "irradiance", "table", "scene", "model"};
+    "spheres", "levels", "irradiance", "table", "scene", "model", "map"};
 
 const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
                                                          "equirect"};
 
 const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
-                                                     "aces", "neutral"};
+                                                     "aces", "neutral", "agx"};
 
-const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
+const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh", "last",
+                                                           "auto"};
 
 const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
-    "split", "bent", "fit", "table", "two-taps", "four-taps", "reference"};
+    "split",      "fit",       "table",    "two-taps",
+    "three-taps", "four-taps", "reference"};
 
 const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
                                                            "difference"};
 
 const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
     "faces", "paraboloids"};
+
+const char *const view_parts_names[VIEW_PARTS_COUNT + 1] = {
+    "all", "ambient", "direct", "diffuse", "specular"};
+
+const char *const view_background_names[VIEW_BACKGROUNDS + 1] = {
+    "map", "blur", "level", "colour", "transparent"};
+
+const char *const view_override_names[VIEW_OVERRIDES + 1] = {
+    "no", "clay", "chrome", "material"};
+
+const char *const view_channel_names[VIEW_CHANNELS + 1] = {
+    "rgb", "red", "green", "blue", "alpha", "luminance"};
+
+const char *const view_parallax_names[VIEW_PARALLAXES + 1] = {"none", "box",
+                                                              "sphere"};
+
+const char *const view_probe_choice_names[VIEW_PROBE_CHOICES + 1] = {
+    "blend", "nearest", "nearest-k"};

@@ -123,23 +123,22 @@ static double fitting_distance(const view_settings *s, const double axes[3][3],
     return distance;
 }
 
-/* The distance that shows a sphere of radius 1. */
-static double model_distance(const view_settings *s, double tan_x, double tan_y)
+/* The picture holds what the file's does. */
+static view_camera camera_of_file(const view_pose *p, double ratio)
 {
-    const double across = (1 - 2 * s->border) * fmin(tan_x, tan_y);
+    const double tan_y =
+        tan(0.5 * p->yfov) * (p->aspect > 0 ? fmax(p->aspect / ratio, 1) : 1);
+    const double distance = sqrt(dot3(p->eye, p->eye));
+    view_camera c = {.near = fmax(distance - 1.01, 0.01),
+                     .far = distance + 1.01};
 
-    return sqrt(1 + 1 / (across * across));
-}
-
-/* Moves the eye so that the point of the pan is in the middle, and the planes
- * of depth to the sphere that the model is in. */
-static void aim_at_model(const view_settings *s, const double axes[3][3],
-                         double distance, view_camera *c)
-{
-    for (int k = 0; k < 3; k++)
-        c->eye[k] += 2 * (s->pan[0] * axes[0][k] - s->pan[1] * axes[1][k]);
-    c->near = fmax(distance - 1.01, 0.01);
-    c->far = distance + 1.01;
+    for (int k = 0; k < 3; k++) {
+        c.eye[k] = p->eye[k];
+        c.forward[k] = -p->axes[2][k];
+        c.right[k] = tan_y * ratio * p->axes[0][k];
+        c.up[k] = tan_y * p->axes[1][k];
+    }
+    return c;
 }
 
 view_camera view_camera_of(const view_settings *s, int width, int height)
@@ -147,29 +146,35 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
     const double yaw = s->yaw * degree, pitch = s->pitch * degree;
     const double tan_y = tan(0.5 * s->fov * degree);
     const double tan_x = tan_y * width / height;
-    const double covered = s->mode == VIEW_SPHERES ? s->covered : 0;
+    const bool model = s->mode == VIEW_MODEL;
     const double axes[3][3] = {
         {cos(yaw), 0, -sin(yaw)},
         {-sin(yaw) * sin(pitch), cos(pitch), -cos(yaw) * sin(pitch)},
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
-    const double distance =
-        s->distance > 0 ? s->distance
-        : s->mode == VIEW_MODEL
-            ? model_distance(s, tan_x, tan_y)
-            : fitting_distance(s, axes, tan_x * (1 - covered), tan_y);
-    view_camera c = {
-        .near = 0.01,
-        .far = 1000 + 2 * distance,
-        .shift = {2 * s->pixel[0] / width + covered, 2 * s->pixel[1] / height}};
+    /* That shows a sphere of radius 1. */
+    const double across = (1 - 2 * s->border) * fmin(tan_x, tan_y);
+    const double distance = s->distance > 0 ? s->distance
+                            : model         ? sqrt(1 + 1 / (across * across))
+                                    : fitting_distance(s, axes, tan_x, tan_y);
+    view_camera c = {.near = 0.01, .far = 1000 + 2 * distance};
 
     for (int k = 0; k < 3; k++) {
         c.eye[k] = distance * axes[2][k];
         c.forward[k] = -axes[2][k];
         c.right[k] = tan_x * axes[0][k];
         c.up[k] = tan_y * axes[1][k];
+        /* The point of the pan is in the middle. */
+        c.eye[k] +=
+            model * 2 * (s->pan[0] * axes[0][k] - s->pan[1] * axes[1][k]);
     }
-    if (s->mode == VIEW_MODEL)
-        aim_at_model(s, axes, distance, &c);
+    if (model) {
+        c.near = fmax(distance - 1.01, 0.01);
+        c.far = distance + 1.01;
+    }
+    if (model && s->pose)
+        c = camera_of_file(s->pose, (double)width / height);
+    c.shift[0] = 2 * s->pixel[0] / width;
+    c.shift[1] = 2 * s->pixel[1] / height;
     return c;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The sphere grid, its materials and the camera, for shaders and tests. */
+/* The sphere grid, its materials and the camera, for shaders and tests; errors
+ * of pictures, for each sphere or material. */
 #ifndef VIEW_SPHERE_GRID_H
 #define VIEW_SPHERE_GRID_H
 

@@ -7,66 +7,64 @@
 
 #include "common/process.h"
 #include "common/signals.h"
+#include "view/folder.h"
 #include "view/inspect.h"
 #include "view/labels.h"
 #include "view/message.h"
-#include "view/picture.h"
-#include "view/screen.h"
+#include "view/ui.h"
 
 enum {
     GAP = 4,   /* pixels of a sheet between pictures and around them */
     SHADE = 32 /* grey of a sheet's background */
 };
 
-bool view_still_draw(view_renderer *r, const view_options *o,
-                     const view_settings *s, double *ms, view_stats *stats)
+/* Draws the frames or samples that the options ask for. False, with a message.
+ */
+static bool draw_frames(view_app *app)
 {
+    const view_options *o = app->options;
+    view_settings *s = app->side;
+    const bool sampled = view_wants_reference(&s[0]) ||
+                         (s[0].compare && view_wants_reference(&s[1]));
     const int samples = o->frames    ? o->frames * VIEW_FRAME_SAMPLES
                         : o->samples ? o->samples
                                      : VIEW_DEFAULT_SAMPLES;
-    const bool few = view_wants_reference(s) && samples < view_places(s);
-    view_settings at = *s;
 
-    if (few)
-        at.antialias = 1;
+    for (int i = 0; i < 2 && sampled && samples < view_places(&s[0]); i++)
+        s[i].antialias = 1;
     /* All places in a pixel get as many samples. */
-    const int all = view_places(&at);
-    int frames = !view_wants_reference(s)
-                     ? (o->frames ? o->frames : 1)
-                     : (samples - 1) / VIEW_FRAME_SAMPLES + 1;
+    const int all = view_places(&s[0]);
+    int frames = sampled ? (samples - 1) / VIEW_FRAME_SAMPLES + 1
+                         : (o->frames ? o->frames : 1);
     frames = (frames + all - 1) / all * all;
-    view_renderer_restart(r); /* each picture of a sheet has its own samples */
+    view_renderer_restart(app->renderer);
     for (int i = 0; i < frames; i++) {
         const double begun = ibl_now();
-        view_renderer_pace(r,
+        view_renderer_pace(app->renderer,
                            (i + 1) * samples / frames - i * samples / frames);
-        if (!view_renderer_draw(r, &at, o->size[0], o->size[1]))
+        if (!sampled && i % all == 0)
+            view_renderer_restart(app->renderer);
+        view_gl_time_begin();
+        if (!view_app_draw(app, false))
             return false;
         gl.Finish();
-        *ms = 1e3 * (ibl_now() - begun);
-        view_stats_add(stats, *ms);
+        app->frame_ms = 1e3 * (ibl_now() - begun);
+        view_stats_add(&app->stats, app->frame_ms, view_gl_time_end());
     }
+    if (o->mean_exposure && view_app_expose(app))
+        view_renderer_show(app->renderer, app->side[0].ev);
     return true;
 }
 
-/* As in a window of this size. */
-static void draw_panel(const view_app *app)
+/* Draws a picture for that file, with its labels: 8-bit RGB or RGBA, or linear
+ * floats; NULL, with a message. */
+static void *draw_picture(view_app *app, const char *file, int channels)
 {
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_overlay_begin(app->overlay, app->width, app->height);
-    view_panel_draw(app);
-    view_overlay_end(app->overlay);
-}
+    const int width = app->width, height = app->height;
 
-/* Reads the last draw, with its labels; before: what they begin with. 8-bit RGB
- * or, for that file, linear floats; NULL, with a message. */
-static void *read_picture(const view_app *app, const view_settings *s,
-                          const char *file, const char *before)
-{
-    const view_options *o = app->options;
-    const int width = o->size[0], height = o->size[1];
-    char what[VIEW_LABEL_BYTES], title[2 * VIEW_LABEL_BYTES];
-
+    app->judged = -1;
+    if (!draw_frames(app))
+        return NULL;
     if (view_picture_is_linear(file)) {
         float *rgb =
             ibl_need(malloc(3 * sizeof *rgb * (size_t)width * (size_t)height));
@@ -75,47 +73,55 @@ static void *read_picture(const view_app *app, const view_settings *s,
         free(rgb);
         return NULL;
     }
-    view_labels_title(s, app->renderer, app->set, what);
-    snprintf(title, sizeof title, "%s%s%s", before,
-             *before && view_compares(s) ? "\n" : "",
-             !*before || view_compares(s) ? what
-             : s->mode == VIEW_SPHERES    ? "\nup metallic, right roughness"
-                                          : "");
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    if (o->labels)
-        view_labels_draw(app->overlay, s, app->set, width, height, title);
-    if (o->settings.panel)
-        draw_panel(app);
-    return view_picture_read(0, width, height);
+    view_labels_draw(app);
+    return view_picture_read(0, width, height, channels);
 }
 
-static bool write_picture(const view_app *app)
+static void report(view_app *app)
 {
-    const view_options *o = app->options;
-    void *rgb = read_picture(app, &app->settings, o->offscreen, "");
-    const bool ok = rgb && view_picture_write(app->ctx, o->offscreen,
-                                              o->size[0], o->size[1], rgb);
-    free(rgb);
+    char text[2][200];
+
+    if (app->options->verbose)
+        printf("%.1f ms a frame\n", app->frame_ms);
+    if (app->options->quiet || !app->side[0].compare)
+        return;
+    for (int i = 0; i < 2; i++)
+        view_report_side(app->side, i, app->set, &app->other, text[i],
+                         sizeof text[i]);
+    view_report_print(app->renderer, &app->side[0],
+                      (const char *const[]){text[0], text[1]});
+}
+
+static bool make_picture(view_app *app, const char *file)
+{
+    const int channels =
+        app->side[0].background == VIEW_BACKGROUND_TRANSPARENT ? 4 : 3;
+    void *pixels = draw_picture(app, file, channels);
+    bool ok = pixels;
+
+    if (ok) {
+        report(app);
+        ok = view_picture_write(app->ctx, file, app->width, app->height,
+                                channels, pixels);
+    }
+    free(pixels);
     return ok;
 }
 
-static bool draw_picture(view_app *app)
+/* A turn of the camera. */
+static bool make_turntable(view_app *app)
 {
     const view_options *o = app->options;
-    view_renderer *r = app->renderer;
-    double ms;
+    bool ok = true;
 
-    if (!view_still_draw(r, o, &app->settings, &ms, &app->stats))
-        return false;
-    if (o->verbose)
-        printf("%.1f ms a frame\n", ms);
-    if (!o->quiet)
-        view_report_print(r, &app->settings);
-    if (!write_picture(app))
-        return false;
-    if (o->stats)
-        view_stats_end(&app->stats, r, &app->settings);
-    return true;
+    for (int i = 0; i < o->turntable && ok; i++) {
+        app->side[0].yaw = o->settings.yaw + 360.0 * i / o->turntable;
+        view_app_fit(app);
+        char *file = view_picture_name(o->offscreen, i + 1);
+        ok = make_picture(app, file);
+        free(file);
+    }
+    return ok;
 }
 
 /* ---- a sheet ------------------------------------------------------------- */
@@ -133,7 +139,8 @@ typedef enum axis {
 static const axis axes[VIEW_MODES][2] = {
     [VIEW_SPHERES] = {MATERIAL, TURN},  [VIEW_LEVELS] = {LEVEL, EV},
     [VIEW_IRRADIANCE_MAP] = {TONE, EV}, [VIEW_TABLE] = {TONE, EV},
-    [VIEW_SCENE] = {TURN, EV},          [VIEW_MODEL] = {REFLECTION, TURN}};
+    [VIEW_SCENE] = {TURN, EV},          [VIEW_MODEL] = {REFLECTION, TURN},
+    [VIEW_SOURCE_MAP] = {TONE, EV}};
 
 static int axis_count(axis of, const baked_set *set)
 {
@@ -143,7 +150,7 @@ static int axis_count(axis of, const baked_set *set)
                           [TONE] = VIEW_TONES,
                           [EV] = 5,
                           [LEVEL] = set->texture[VIEW_SPECULAR].levels,
-                          [REFLECTION] = lobes ? VIEW_REFLECTIONS : 4};
+                          [REFLECTION] = lobes ? VIEW_REFLECTIONS : 3};
 
     return counts[of];
 }
@@ -181,103 +188,85 @@ static void axis_apply(axis of, const baked_set *set, int i, view_settings *s,
     }
 }
 
-typedef struct sheet {
-    int rows, columns;
-    int width, height;  /* of the whole */
-    size_t pixel;       /* bytes */
-    unsigned char *rgb; /* of the whole */
-} sheet;
-
-static bool prepare_sheet(sheet *h, const view_options *o, const baked_set *set)
-{
-    h->rows = axis_count(axes[o->settings.mode][0], set);
-    h->columns = axis_count(axes[o->settings.mode][1], set);
-    const long long wide = GAP + (long long)h->columns * (o->size[0] + GAP),
-                    high = GAP + (long long)h->rows * (o->size[1] + GAP);
-
-    if (wide > IBL_MAX_EDGE || high > IBL_MAX_EDGE)
-        return view_fail("%s: a sheet of %lldx%lld pixels: more than %d along "
-                         "an edge: choose a smaller --size",
-                         o->contact_sheet, wide, high, IBL_MAX_EDGE);
-    h->width = (int)wide;
-    h->height = (int)high;
-    h->pixel =
-        3 * (view_picture_is_linear(o->contact_sheet) ? sizeof(float) : 1);
-    h->rgb = ibl_need(malloc(h->pixel * (size_t)wide * (size_t)high));
-    memset(h->rgb, h->pixel > 3 ? 0 : SHADE,
-           h->pixel * (size_t)wide * (size_t)high);
-    return true;
-}
-
-/* Draws a picture with its label and copies it to its place. */
-static bool draw_tile(view_app *app, const sheet *h, int row, int column,
-                      double *ms)
+/* Draws a picture of the sheet and copies it to its place. */
+static bool draw_tile(view_app *app, int row, int column, int width,
+                      size_t pixel, unsigned char *sheet)
 {
     const view_options *o = app->options;
-    const int w = o->size[0], height = o->size[1];
-    view_settings s = o->settings;
-    char row_label[64] = "", column_label[64] = "", label[160];
+    const axis *of = axes[o->settings.mode];
+    char label[2][64], caption[160];
 
-    axis_apply(axes[s.mode][0], app->set, row, &s, row_label, sizeof row_label);
-    axis_apply(axes[s.mode][1], app->set, column, &s, column_label,
-               sizeof column_label);
-    if (!view_still_draw(app->renderer, o, &s, ms, &app->stats))
-        return false;
-    snprintf(label, sizeof label, "%s, %s", row_label, column_label);
-    char *tile = read_picture(app, &s, o->contact_sheet, label);
+    app->side[0] = o->settings;
+    app->side[1] = o->other;
+    axis_apply(of[0], app->set, row, &app->side[0], label[0], sizeof label[0]);
+    axis_apply(of[1], app->set, column, &app->side[0], label[1],
+               sizeof label[1]);
+    view_app_fit(app);
+    snprintf(caption, sizeof caption, "%s, %s", label[0], label[1]);
+    app->caption = caption;
+    unsigned char *tile = draw_picture(app, o->contact_sheet, 3);
     if (!tile)
         return false;
-    for (int y = 0; y < height; y++) {
-        const size_t to_row = (size_t)GAP + (size_t)row * (height + GAP) + y,
-                     to = to_row * h->width + GAP + (size_t)column * (w + GAP);
-        memcpy(h->rgb + h->pixel * to, tile + h->pixel * (size_t)(y * w),
-               h->pixel * (size_t)w);
+    for (int y = 0; y < app->height; y++) {
+        const size_t to_row =
+            (size_t)GAP + (size_t)row * (app->height + GAP) + y;
+        const size_t to =
+            to_row * width + GAP + (size_t)column * (app->width + GAP);
+        memcpy(sheet + pixel * to, tile + pixel * (size_t)(y * app->width),
+               pixel * (size_t)app->width);
     }
     free(tile);
     return true;
 }
 
-static bool draw_tiles(view_app *app, const sheet *h)
-{
-    double ms = 0;
-
-    for (int row = 0; row < h->rows; row++)
-        for (int column = 0; column < h->columns; column++)
-            if (!draw_tile(app, h, row, column, &ms))
-                return false;
-    if (app->options->verbose)
-        printf("%d pictures, the last one %.1f ms a frame\n",
-               h->rows * h->columns, ms);
-    return true;
-}
-
-static bool draw_sheet(view_app *app)
+static bool make_sheet(view_app *app)
 {
     const view_options *o = app->options;
-    sheet h = {0};
-    const bool ok = prepare_sheet(&h, o, app->set) && draw_tiles(app, &h) &&
-                    view_picture_write(app->ctx, o->contact_sheet, h.width,
-                                       h.height, h.rgb);
-    if (ok && o->stats)
-        view_stats_end(&app->stats, app->renderer, &o->settings);
+    const axis *of = axes[o->settings.mode];
+    const int rows = axis_count(of[0], app->set),
+              columns = axis_count(of[1], app->set);
+    const long long wide = GAP + (long long)columns * (o->size[0] + GAP),
+                    high = GAP + (long long)rows * (o->size[1] + GAP);
+    const size_t pixel =
+        3 * (view_picture_is_linear(o->contact_sheet) ? sizeof(float) : 1);
+    bool ok = true;
 
-    free(h.rgb);
+    if (wide > IBL_MAX_EDGE || high > IBL_MAX_EDGE)
+        return view_fail("%s: a sheet of %lldx%lld pixels: more than %d along "
+                         "an edge: choose a smaller --size",
+                         o->contact_sheet, wide, high, IBL_MAX_EDGE);
+    const size_t bytes = pixel * (size_t)wide * (size_t)high;
+    unsigned char *sheet = ibl_need(malloc(bytes));
+    memset(sheet, pixel > 3 ? 0 : SHADE, bytes);
+    for (int i = 0; i < rows * columns && ok; i++)
+        ok = draw_tile(app, i / columns, i % columns, (int)wide, pixel, sheet);
+    if (ok && o->verbose)
+        printf("%d pictures, the last one %.1f ms a frame\n", rows * columns,
+               app->frame_ms);
+    ok = ok && view_picture_write(app->ctx, o->contact_sheet, (int)wide,
+                                  (int)high, 3, sheet);
+    free(sheet);
     return ok;
 }
 
-static bool make(view_app *app)
-{
-    return view_app_make(app) && view_renderer_load(app->renderer, app->set) &&
-           (app->options->contact_sheet ? draw_sheet(app) : draw_picture(app));
-}
+/* ---- all ----------------------------------------------------------------- */
 
 /* Makes the output on a screen as large as a picture. */
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
     view_screen *screen = view_screen_memory(o->size[0], o->size[1], NULL);
-    const bool ok = screen && make(app);
+    const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
 
+    app->labels = o->labels && !view_picture_is_linear(file);
+    const bool ok = screen && view_app_make(app) && view_ui_make(app->scale) &&
+                    view_renderer_load(app->renderer, app->set) &&
+                    (o->contact_sheet ? make_sheet(app)
+                     : o->turntable   ? make_turntable(app)
+                                      : make_picture(app, o->offscreen));
+    if (ok && o->stats)
+        view_stats_end(&app->stats, app->renderer, &o->settings);
+    view_ui_free();
     if (screen)
         view_app_end(app);
     view_screen_close(screen);
@@ -287,10 +276,12 @@ static bool draw(view_app *app)
 static void print_texel(const view_app *app)
 {
     const view_options *o = app->options;
+    const view_area area = view_app_area(app);
     char text[200];
     const view_texel t =
-        view_inspect(app->set, &app->settings, app->width, app->height,
-                     o->texel[0] + 0.5, o->texel[1] + 0.5);
+        view_inspect(app->set, &app->side[0], area.width, area.height,
+                     o->texel[0] + 0.5 - area.x,
+                     o->texel[1] + 0.5 - (app->height - area.y - area.height));
 
     view_texel_text(&t, text, sizeof text);
     printf("%s\n", t.inside ? text : "nothing of a map is there");
@@ -300,23 +291,29 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
     view_app app = {.ctx = ctx,
                     .options = o,
-                    .settings = o->settings,
+                    .side = {o->settings, o->other},
+                    .panel = o->panel,
+                    .paused = true,
                     .width = o->size[0],
                     .height = o->size[1],
-                    .scale = 1,
+                    .scale = o->size[0] > 1920 ? o->size[0] / 1280.0 : 1,
                     .mouse = {-1, -1}};
     baked_set *set = app.set = &app.sets[0];
+    const char *why;
     bool ok;
 
     if (!view_options_may(o))
         return false;
-    ok = view_is_map(o->request.path, o->request.layout)
-             ? view_set_bake(ctx, &o->request, set)
-             : view_set_open(ctx, &o->request, set);
+    const view_kind kind =
+        view_kind_of(o->request.path, o->request.layout, &why);
+    if (kind == VIEW_KIND_FOLDER)
+        return view_fail("%s: is a folder, not a set: name a file in it",
+                         o->request.path);
+    ok = kind == VIEW_KIND_MAP ? view_set_bake(ctx, &o->request, set)
+                               : view_set_open(ctx, &o->request, set);
     ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)
         view_report_set(set);
-    app.settings.covered = view_panel_share(&app);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
     if (ok && o->texel[0] >= 0)

@@ -1,17 +1,129 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/truth.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/process.h"
 #include "common/signals.h"
-#include "view/aim.h"
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/program.h"
 #include "view/settings.h"
-#include "view/upload.h"
+
+/* ---- the table of lights ---------------------------------------------------
+ */
+
+/* Least share of the light above the mean that the table is made for: less is
+ * rounding in an even environment, and would only add noise. */
+static const double worth = 1.0 / 64;
+
+/* Adds the brightness of texels to the cells that their centres are in;
+ * negative and non-finite values are dark. */
+static void pool(const ibl_texture *cube, int edge, float *cells)
+{
+    const int n = cube->width;
+    const size_t row_bytes = (size_t)n * ibl_pixel_bytes(cube->pixel);
+    /* A cell has about (n / edge)^2 texels. */
+    const double share = (double)edge / n * ((double)edge / n);
+    float *row = ibl_need(malloc(3 * (size_t)n * sizeof *row));
+
+    for (int i = 0; i < IBL_FACES * n; i++) {
+        const int face = i / n, y = i % n;
+        const int to = face * edge + (int)((2LL * y + 1) * edge / (2LL * n));
+        ibl_pixel_decode(cube->pixel,
+                         cube->data + ibl_texture_offset(cube, 0, face) +
+                             (size_t)y * row_bytes,
+                         (size_t)n, row);
+        for (int x = 0; x < n; x++) {
+            const int at = (int)((2LL * x + 1) * edge / (2LL * n));
+            const double b =
+                (double)row[3 * x] + row[3 * x + 1] + row[3 * x + 2];
+            if (isfinite(b) && b > 0)
+                cells[(size_t)to * (size_t)edge + (size_t)at] +=
+                    (float)(share * b);
+        }
+    }
+    free(row);
+}
+
+/* Replaces brightness by light above the mean. Returns the share of all light
+ * that this is. */
+static double take_mean_off(int edge, float *cells)
+{
+    double all = 0, above = 0;
+
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < IBL_FACES * edge * edge; i++) {
+            const double angle =
+                ibl_cube_solid_angle(edge, i % edge, i / edge % edge);
+            if (!pass) {
+                all += cells[i] * angle;
+                continue;
+            }
+            cells[i] =
+                (float)(fmax(cells[i] - all / (4 * acos(-1.0)), 0) * angle);
+            above += cells[i];
+        }
+    return all > 0 ? above / all : 0;
+}
+
+/* Gives each token k the cell where the running sum of light reaches (k + 1/2)
+ * / VIEW_AIM_TOKENS of all. Cells follow a Morton curve (Morton 1966), face by
+ * face: in rows, sequences of numbers converge more slowly. chance holds light
+ * before, chances after. */
+static void hand_out(int edge, float *chance, float *tokens)
+{
+    double all = 0, sum = 0;
+    unsigned side = 1;
+    int token = 0;
+
+    for (int i = 0; i < IBL_FACES * edge * edge; i++)
+        all += chance[i];
+    while (side < (unsigned)edge)
+        side *= 2;
+    for (unsigned k = 0; k < IBL_FACES * side * side; k++) {
+        int x = 0, y = 0; /* the bits at even and at odd places */
+        for (unsigned bit = 1; bit < side; bit *= 2) {
+            x |= (int)(k / bit & bit);
+            y |= (int)(k / bit / 2 & bit);
+        }
+        const int cell = ((int)(k / (side * side)) * edge + y) * edge + x;
+        const int first = token;
+        if (x >= edge || y >= edge)
+            continue;
+        sum += chance[cell];
+        while (token < VIEW_AIM_TOKENS &&
+               (token + 0.5) * (all / VIEW_AIM_TOKENS) < sum)
+            tokens[token++] = (float)cell;
+        chance[cell] = (float)(token - first) / VIEW_AIM_TOKENS;
+    }
+}
+
+void view_aim_make(const ibl_texture *cube, view_aim *aim)
+{
+    const int edge = cube->width < VIEW_AIM_EDGE ? cube->width : VIEW_AIM_EDGE;
+    const size_t count = IBL_FACES * (size_t)edge * (size_t)edge;
+
+    *aim = (view_aim){.edge = edge};
+    aim->chance = ibl_need(calloc(count, sizeof *aim->chance));
+    aim->tokens = ibl_need(malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens));
+    pool(cube, edge, aim->chance);
+    if (take_mean_off(edge, aim->chance) > worth)
+        hand_out(edge, aim->chance, aim->tokens);
+    else
+        view_aim_free(aim);
+}
+
+void view_aim_free(view_aim *aim)
+{
+    free(aim->tokens);
+    free(aim->chance);
+    *aim = (view_aim){0};
+}
+
+/* ---- samples ---------------------------------------------------------------
+ */
 
 /* Most samples of a draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
@@ -22,41 +134,32 @@
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
-    GLuint spheres; /* program */
     GLuint tokens, chance,
         map;                 /* textures; map 0: a texture of the set is it */
     const char *what;        /* what the environment is */
     const view_model *model; /* of the samples so far, or NULL */
-    view_canvas canvas;      /* of the model */
-    view_model_light light;
-    int sampling[4];       /* of the frame */
-    view_image pass, mean; /* sky and spheres of one pass, of all passes */
-    view_frame shown;      /* frame of the samples so far */
-    int samples;           /* in the mean; 0: it holds nothing */
-    int by_clock;          /* samples of the next frame */
+    view_lighting light;
+    int sampling[4]; /* of the frame */
+    /* Sky and spheres of one pass; the means of all passes and of every second.
+     */
+    view_image pass, mean, second;
+    view_frame shown; /* frame of the samples so far */
+    int samples;      /* in the mean; 0: it holds nothing */
+    int seconds;      /* in the mean of every second pass */
+    bool even;        /* the last pass is one of these */
+    int by_clock;     /* samples of the next frame */
 };
-
-static bool make(view_truth *t)
-{
-    t->spheres = view_program("sphere.vert", "truth.frag");
-    gl.GenTextures(1, &t->tokens);
-    gl.GenTextures(1, &t->chance);
-    t->by_clock = 1;
-    t->light.reflection = VIEW_REFERENCE;
-    return t->spheres;
-}
 
 void view_truth_free(view_truth *t)
 {
     if (!t)
         return;
-    view_canvas_free(&t->canvas);
     gl.DeleteTextures(1, &t->map);
     gl.DeleteTextures(1, &t->chance);
     gl.DeleteTextures(1, &t->tokens);
     view_image_free(&t->pass);
     view_image_free(&t->mean);
-    gl.DeleteProgram(t->spheres);
+    view_image_free(&t->second);
     free(t);
 }
 
@@ -69,41 +172,33 @@ static void upload_aim(view_truth *t, const view_aim *aim)
     view_gl_bind(VIEW_TRUTH_UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
     gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
                   GL_RED, GL_FLOAT, aim->chance);
-    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
+    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_NEAREST, 1);
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
 /* Binds the environment: the map itself or, without one, the set's cube that is
  * bound to a unit. */
-static bool bind_map(view_truth *t, const ibl_texture *map, int unit)
-{
-    GLint cube = 0;
-
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.GetIntegerv(GL_TEXTURE_BINDING_CUBE_MAP, &cube);
-    view_gl_bind(VIEW_TRUTH_UNIT_MAP, GL_TEXTURE_CUBE_MAP, (GLuint)cube);
-    if (map->data)
-        t->map = view_upload(map, false, t->what);
-    gl.ActiveTexture(GL_TEXTURE0);
-    return !map->data || t->map;
-}
-
 static bool load(view_truth *t, const baked_set *set)
 {
     /* If level 0 is rough, a skybox has the sharper environment. */
     const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
+    GLint cube = 0;
     ibl_texture map;
     view_aim aim;
 
     if (!view_set_environment(set, &map, &t->what))
         return false;
-    const ibl_texture *from =
-        map.data ? &map : &set->texture[sky ? VIEW_SKY : VIEW_SPECULAR];
-    view_aim_make(from, &aim);
+    view_aim_make(
+        map.data ? &map : &set->texture[sky ? VIEW_SKY : VIEW_SPECULAR], &aim);
     if (aim.edge)
         upload_aim(t, &aim);
+    gl.ActiveTexture(GL_TEXTURE0 +
+                     (GLenum)(sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR));
+    gl.GetIntegerv(GL_TEXTURE_BINDING_CUBE_MAP, &cube);
+    view_gl_bind(VIEW_TRUTH_UNIT_MAP, GL_TEXTURE_CUBE_MAP, (GLuint)cube);
     const bool bound =
-        bind_map(t, &map, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+        !map.data || (t->map = view_upload(&map, false, t->what)) != 0;
+    gl.ActiveTexture(GL_TEXTURE0);
     t->sampling[2] = aim.edge;
     t->sampling[3] = map.data || sky ? 0 : set->light_count;
     t->light.sheen = set->texture[VIEW_SHEEN].data;
@@ -116,7 +211,11 @@ view_truth *view_truth_create(const baked_set *set)
 {
     view_truth *t = ibl_need(calloc(1, sizeof *t));
 
-    if (make(t) && load(t, set))
+    gl.GenTextures(1, &t->tokens);
+    gl.GenTextures(1, &t->chance);
+    t->by_clock = 1;
+    t->light.reflection = VIEW_REFERENCE;
+    if (load(t, set))
         return t;
     view_truth_free(t);
     return NULL;
@@ -140,20 +239,16 @@ static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
     gl.BindBuffer(GL_UNIFORM_BUFFER, seen->frame);
     gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, sampling),
                      sizeof t->sampling, t->sampling);
-    if (!view_subject_draw(seen, &t->light, t->spheres, &t->pass, &t->canvas,
-                           1))
+    if (!view_subject_draw(seen, &t->light, &t->pass))
         return false;
+    t->even = t->samples && !t->even;
+    t->seconds = t->samples ? t->seconds + t->even * samples : 0;
     t->samples += samples;
-    return view_mean_add(seen->mean, &t->pass,
-                         (float)samples / (float)t->samples, &t->mean);
-}
-
-/* Doubles or halves the samples, since a frame also has fixed costs. */
-static int next_by_clock(int samples, double took)
-{
-    if (took < quick_seconds)
-        return 2 * samples < MOST_BY_CLOCK ? 2 * samples : MOST_BY_CLOCK;
-    return took > slow_seconds && samples > 1 ? samples / 2 : samples;
+    const float part = (float)samples;
+    return view_mean_add(seen->mean, &t->pass, part / (float)t->samples,
+                         &t->mean) &&
+           (!t->even || view_mean_add(seen->mean, &t->pass,
+                                      part / (float)t->seconds, &t->second));
 }
 
 bool view_truth_draw(view_truth *t, const view_frame *frame,
@@ -173,18 +268,31 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     }
     t->model = seen->model;
     t->shown = *frame;
+    t->light.parts = (view_parts)frame->parts[0];
+    t->light.rough_fresnel = frame->parts[1];
+    t->light.override = frame->parts[2] != VIEW_AS_IS;
     if (by_clock)
         samples = t->by_clock;
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
         samples = VIEW_TRUTH_SAMPLES - t->samples;
-    for (int left = samples; left > 0; left -= MOST_SAMPLES)
-        if (!draw_pass(t, seen, left < MOST_SAMPLES ? left : MOST_SAMPLES)) {
+    /* Two passes at least tell the noise. */
+    const int half = by_clock ? samples : (samples + 1) / 2;
+    const int most = half < MOST_SAMPLES ? half : MOST_SAMPLES;
+    for (int left = samples; left > 0; left -= most)
+        if (!draw_pass(t, seen, left < most ? left : most)) {
             t->samples = 0;
             return false;
         }
     if (by_clock && samples > 0) {
         gl.Finish();
-        t->by_clock = next_by_clock(samples, ibl_now() - start);
+        /* By a factor of 2, since a frame also has fixed costs. */
+        const double took = ibl_now() - start;
+        t->by_clock = took < quick_seconds  ? 2 * samples
+                      : took > slow_seconds ? samples / 2
+                                            : samples;
+        t->by_clock = t->by_clock < 1               ? 1
+                      : t->by_clock > MOST_BY_CLOCK ? MOST_BY_CLOCK
+                                                    : t->by_clock;
     }
     return true;
 }
@@ -197,4 +305,66 @@ GLuint view_truth_texture(const view_truth *t)
 int view_truth_samples(const view_truth *t)
 {
     return t->samples;
+}
+
+GLuint view_truth_second(const view_truth *t, double *factor)
+{
+    const int rest = t->samples - t->seconds;
+
+    *factor = rest > 0 ? (double)t->seconds / rest : 0;
+    return *factor > 0 ? t->second.texture : 0;
+}
+
+/* ---- errors ----------------------------------------------------------------
+ */
+
+double view_error_rmse(view_error e)
+{
+    return !e.pixels              ? -1
+           : e.difference2 == 0.0 ? 0
+                                  : sqrt(e.difference2 / e.truth2);
+}
+
+double view_error_noise(view_error e)
+{
+    return e.noise2 > 0 ? sqrt(e.noise2 / e.truth2) : 0;
+}
+
+void view_errors_spheres(const view_settings *s, int width, int height,
+                         int *shown)
+{
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const view_camera camera = view_camera_of(s, width, height);
+    const int count = view_grid(s, spheres);
+    double direction[3];
+
+    for (int i = 0; i < width * height; i++) {
+        view_camera_ray(&camera, width, height, i % width, i / width,
+                        direction);
+        shown[i] = view_grid_hit(spheres, count, camera.eye, direction, NULL);
+    }
+}
+
+void view_errors(const int *shown, int count, int width, int height,
+                 const float *const pictures[4], view_error *errors)
+{
+    memset(errors, 0, (size_t)count * sizeof *errors);
+    for (int i = 0; i < width * height; i++) {
+        const int x = i % width, y = i / width;
+        bool inside =
+            shown[i] >= 0 && x && y && x + 1 < width && y + 1 < height;
+        for (int k = 0; k < 9 && inside; k++)
+            inside = shown[i + (k / 3 - 1) * width + k % 3 - 1] == shown[i];
+        if (!inside)
+            continue;
+        view_error *e = &errors[shown[i]];
+        e->pixels++;
+        for (size_t k = 3 * (size_t)i; k < 3 * (size_t)i + 3; k++) {
+            const double truth = pictures[1][k], d = pictures[0][k] - truth;
+            e->difference2 += d * d;
+            e->truth2 += truth * truth;
+            if (pictures[3])
+                e->noise2 += pow((double)pictures[2][k] - pictures[3][k], 2);
+        }
+    }
 }

@@ -18,8 +18,8 @@ typedef struct view_truth view_truth;
 
 #define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
 
-/* Makes the table of lights (aim.h) of a set, whose textures must be bound from
- * now on. NULL, with a message. */
+/* Makes the table of lights (view_aim) of a set, whose textures must be bound
+ * from now on. NULL, with a message. */
 view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
 /* What it integrates, as "level 0". */
@@ -41,5 +41,81 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
  * 0 before the first draw. */
 GLuint view_truth_texture(const view_truth *t);
 int view_truth_samples(const view_truth *t); /* samples of each pixel so far */
+/*
+ * The mean of every second pass, for the noise of the mean of all: of N
+ * independent samples, M of them in these passes, the variance of the
+ * difference of both means is that of one sample times 1 / M - 1 / N, so the
+ * squared difference times *factor = M / (N - M) is an estimate of the variance
+ * of the mean of all. Sequences are more even than that: the noise is less. 0:
+ * there was one pass.
+ */
+GLuint view_truth_second(const view_truth *t, double *factor);
+
+/* ---- its table of lights ---------------------------------------------------
+ */
+
+/*
+ * A table to draw directions from, where an environment is brighter than its
+ * mean.
+ *
+ * Samples of a rough lobe rarely hit a small sun, and then count too much. So
+ * some directions are drawn from the environment, and both kinds are combined
+ * by multiple importance sampling (Veach and Guibas 1995), with the mean
+ * subtracted from the environment before (Karlik et al. 2019, "MIS
+ * Compensation").
+ *
+ * Each face is divided into cells whose chances are proportional to their light
+ * above the mean. A direction is a random place in a random cell.
+ *
+ * Chances are multiples of 1 / VIEW_AIM_TOKENS. A random token names a cell:
+ * drawing is one lookup and the chance is exact. Neighbouring tokens belong to
+ * neighbouring cells, so an even sequence of numbers gives even directions.
+ */
+#define VIEW_AIM_ROW 512 /* edge of the square texture of tokens */
+#define VIEW_AIM_TOKENS (VIEW_AIM_ROW * VIEW_AIM_ROW)
+#define VIEW_AIM_EDGE 512 /* cells along a face's edge, at most */
+
+typedef struct view_aim {
+    int edge; /* cells along a face's edge; 0: too little light is above the
+                 mean and there is no table */
+    float *chance; /* of each cell; faces and rows as in a cube's level */
+    float *tokens; /* index of each token's cell */
+} view_aim;
+
+/* Makes the table from level 0 of a cube. */
+void view_aim_make(const ibl_texture *cube, view_aim *aim);
+void view_aim_free(view_aim *aim); /* zeroed is fine */
+
+/* ---- errors against it --------------------------------------------------- */
+
+/* Sums over pixels and their R, G and B. */
+typedef struct view_error {
+    double difference2, truth2;
+    double noise2; /* what the noise of a reference is expected to add to
+                      difference2; 0: unknown */
+    int pixels;
+} view_error;
+
+/* sqrt(sum |picture - truth|^2 / sum |truth|^2): -1 without pixels; 0 where
+ * both are black, infinite where only truth is. */
+double view_error_rmse(view_error e);
+/* The part of it that is noise; 0: unknown. */
+double view_error_noise(view_error e);
+
+/* The sphere that each pixel shows, of the grid row by row from the bottom
+ * left; -1: none. Rows from the top. */
+void view_errors_spheres(const view_settings *s, int width, int height,
+                         int *shown);
+/*
+ * Sums errors over what is shown. Only pixels count whose eight neighbours show
+ * the same.
+ *   shown     for each pixel 0..count-1, or -1
+ *   pictures  linear RGB floats, width * height, rows from the top: picture and
+ *             truth; the one of them that is a reference, and view_truth_second
+ *             of it, NULL: none. noise2 is without its factor
+ *   errors    count
+ */
+void view_errors(const int *shown, int count, int width, int height,
+                 const float *const pictures[4], view_error *errors);
 
 #endif

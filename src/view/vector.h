@@ -25,7 +25,7 @@ static inline void normalise3(double a[3])
         a[k] /= length;
 }
 
-/* ---- spherical harmonics (harmonics.c) --------------------------------- */
+/* ---- spherical harmonics (baked_set.c) --------------------------------- */
 
 /* Highest degree of irradiance that is drawn. */
 #define VIEW_SH_DEGREE 4
@@ -35,8 +35,5 @@ static inline void normalise3(double a[3])
  * are those of ibl_bake_sh: count (l + 1)^2 means degree l. */
 void view_harmonics_sum(const double *coefficients, int count, int channels,
                         const double d[3], double *sum);
-/* The same for all texels of a cube's level; values below 0 become 0. */
-void view_harmonics_cube(const double *coefficients, int count, int channels,
-                         int edge, float *texels);
 
 #endif

@@ -3,6 +3,7 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -10,14 +11,12 @@
 #include "view/app.h"
 #include "view/gl.h"
 #include "view/key_bindings.h"
+#include "view/labels.h"
 #include "view/message.h"
 #include "view/truth.h"
+#include "view/ui.h"
 
-static const double POLL_S = 0.5; /* seconds between checks of files */
-enum {
-    VIEW_WINDOW_SAMPLES = 4 /* of a pixel of the scene */
-};
-static const double BAKING_S = 0.1; /* seconds between checks of a bake */
+static const double BAKING_S = 0.1; /* seconds between looks at a bake */
 
 static char reason[512];
 
@@ -36,33 +35,44 @@ static view_app *app_of(GLFWwindow *window)
 
 static void press(view_app *app, int key)
 {
-    app->notice[0] = '\0';
-    if (app->set)
+    if (app->set || key == 'q' || key == VIEW_KEY(GLFW_KEY_ESCAPE) ||
+        key == '?')
         view_keys_press(app, key);
-    else if (key == 'q' || key == VIEW_KEY(GLFW_KEY_ESCAPE))
-        app->quit = true;
 }
 
 static void on_character(GLFWwindow *window, unsigned int code)
 {
-    press(app_of(window), (int)code);
+    if (!view_ui_has_keys())
+        press(app_of(window), (int)code);
 }
 
 /* Keys with a character arrive in on_character, by the keyboard's layout. */
 static void on_key(GLFWwindow *window, int key, int scancode, int action,
                    int mods)
 {
-    const bool back = key == GLFW_KEY_TAB && mods & GLFW_MOD_SHIFT;
+    (void)scancode, (void)mods;
+    app_of(window)->redraw = true;
+    if (action != GLFW_RELEASE && key >= GLFW_KEY_ESCAPE && !view_ui_has_keys())
+        press(app_of(window), VIEW_KEY(key));
+}
 
-    (void)scancode;
-    if (action != GLFW_RELEASE && key >= GLFW_KEY_ESCAPE)
-        press(app_of(window), back ? VIEW_KEY_BACK_TAB : VIEW_KEY(key));
+/* Where the split is, in pixels, of a picture that is split as a whole; -1: it
+ * is not. */
+static double split_at(const view_app *app)
+{
+    const view_area area = view_app_area(app);
+    const view_settings *s = &app->side[0];
+
+    return s->compare == VIEW_SPLIT && s->mode != VIEW_SPHERES
+               ? area.x + s->split * area.width
+               : -1;
 }
 
 /* Handles the pointer at a pixel of the framebuffer; it may not have moved. */
 static void move_to(view_app *app, double x, double y)
 {
-    view_settings *s = &app->settings;
+    const view_area area = view_app_area(app);
+    view_settings *s = &app->side[0];
     const double dx = x - app->mouse[0], dy = y - app->mouse[1];
 
     app->mouse[0] = x;
@@ -70,18 +80,14 @@ static void move_to(view_app *app, double x, double y)
     app->redraw = true;
     if (!app->set)
         return;
-    if (app->dragged)
-        view_panel_point(app, true);
-    else if (app->held[0] && app->mods & GLFW_MOD_CONTROL)
-        view_move_light(s, 180 * dx / app->height, -180 * dy / app->height);
+    if (app->handle || (app->held[2] && s->compare == VIEW_SPLIT))
+        s->split = fmin(fmax((x - area.x) / area.width, 0), 1);
     else if (app->held[0])
-        view_drag(s, app->set, app->width, app->height, dx, dy);
+        view_drag(app, dx, dy);
     else if (app->held[1])
-        view_spin(s, 180 * dx / app->height);
-    if (app->held[2] && s->mode == VIEW_MODEL && s->compare != VIEW_SPLIT)
-        view_pan(s, app->width, app->height, dx, dy);
-    else if (app->held[2])
-        s->split = x < 0 ? 0 : x > app->width ? 1 : x / app->width;
+        view_spin(app, 180 * dx / area.height);
+    else if (app->held[2] && s->mode == VIEW_MODEL)
+        view_pan(app, dx, dy);
 }
 
 /* Converts positions from screen coordinates. */
@@ -99,16 +105,13 @@ static void on_move(GLFWwindow *window, double x, double y)
 static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
     view_app *app = app_of(window);
+    const double near = 6 * app->scale;
 
     if (button > GLFW_MOUSE_BUTTON_MIDDLE)
         return;
-    app->mods = mods;
-    app->dragged = 0;
-    if (action == GLFW_PRESS)
-        app->notice[0] = '\0';
-    app->held[button] =
-        action == GLFW_PRESS && (button != GLFW_MOUSE_BUTTON_LEFT ||
-                                 !app->set || !view_panel_point(app, false));
+    (void)mods;
+    app->held[button] = action == GLFW_PRESS && !view_ui_has_pointer();
+    app->handle = app->held[0] && fabs(app->mouse[0] - split_at(app)) < near;
     move_to(app, app->mouse[0], app->mouse[1]);
 }
 
@@ -124,12 +127,10 @@ static void on_enter(GLFWwindow *window, int entered)
 static void on_wheel(GLFWwindow *window, double x, double steps)
 {
     view_app *app = app_of(window);
-    const view_place at = {app->width, app->height, app->mouse[0],
-                           app->mouse[1]};
 
     (void)x;
-    if (app->set)
-        view_approach(&app->settings, app->set, at, steps);
+    if (app->set && !view_ui_has_pointer())
+        view_approach(app, app->mouse[0], app->mouse[1], steps);
     app->redraw = true;
 }
 
@@ -139,7 +140,7 @@ static void on_drop(GLFWwindow *window, int count, const char **paths)
 
     for (int i = 0; i < count; i++)
         if (!view_app_open(app, &(view_request){.path = paths[i]}))
-            view_app_notice_path(app, paths[i]);
+            view_app_notice_failure(app);
 }
 
 static void on_refresh(GLFWwindow *window)
@@ -224,43 +225,47 @@ static bool open_window(view_app *app)
 /* Whether the next frame differs without any event. */
 static bool goes_on(const view_app *app)
 {
-    const view_settings *s = &app->settings;
+    const view_settings *s = app->side;
+    const bool sampled = view_wants_reference(&s[0]) ||
+                         (s->compare && view_wants_reference(&s[1]));
 
-    if (app->set && s->mode == VIEW_SCENE)
-        return true;
-    if (app->set && !view_renderer_complete(app->renderer))
-        return true;
-    return app->set && view_wants_reference(s) &&
-           view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
+    return app->set && ((s->mode == VIEW_SCENE && !app->paused) ||
+                        !view_renderer_complete(app->renderer) ||
+                        (sampled && view_renderer_samples(app->renderer) <
+                                        VIEW_TRUTH_SAMPLES));
 }
 
-static void tell_stats(view_app *app)
+static void show_title(view_app *app)
 {
-    if (!app->options->stats || !app->set)
+    char title[sizeof app->title];
+
+    snprintf(title, sizeof title, "%s | %.1f ms",
+             app->set ? app->set->name : "iblview", app->frame_ms);
+    ibl_one_line(title);
+    if (!strcmp(title, app->title)) /* setting it sends a message */
         return;
-    view_stats_add(&app->stats, app->frame_ms);
-    view_stats_tell(&app->stats, app->renderer, &app->settings);
+    memcpy(app->title, title, sizeof title);
+    glfwSetWindowTitle(app->window, title);
 }
 
 static bool draw(view_app *app)
 {
     const double begun = ibl_now();
-    char before[sizeof app->title];
 
     app->redraw = false;
+    view_gl_time_begin();
     if (!view_app_draw(app, true))
         return false;
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_window_text(app);
+    view_labels_draw(app);
+    app->gpu_ms = view_gl_time_end();
     gl.Finish();
     app->frame_ms = 1e3 * (ibl_now() - begun);
     glfwSwapBuffers(app->window);
-    tell_stats(app);
-    memcpy(before, app->title, sizeof before);
-    view_app_title(app);
-    if (strcmp(before, app->title) !=
-        0) /* this sends a message to the display */
-        glfwSetWindowTitle(app->window, app->title);
+    if (app->options->stats && app->set) {
+        view_stats_add(&app->stats, app->frame_ms, app->gpu_ms);
+        view_stats_tell(&app->stats, app->renderer, &app->side[0]);
+    }
+    show_title(app);
     return true;
 }
 
@@ -270,15 +275,15 @@ static bool poll(view_app *app)
 {
     if (app->redraw || goes_on(app))
         glfwPollEvents();
+    else if (app->baker || app->notice[0])
+        glfwWaitEventsTimeout(BAKING_S);
     else
-        glfwWaitEventsTimeout(app->baker ? BAKING_S : POLL_S);
+        glfwWaitEvents();
     return !glfwWindowShouldClose(app->window) && !app->quit;
 }
 
 static bool loop(view_app *app)
 {
-    double looked = ibl_now();
-
     if (!app->notice[0])
         view_app_notice(app, "? lists the keys, P shows the controls");
     app->redraw = true;
@@ -287,12 +292,10 @@ static bool loop(view_app *app)
             return false;
         if (!poll(app))
             return true;
-        if (!view_app_tend_bake(app))
+        if (!view_app_tend(app))
             return false;
-        if (ibl_now() - looked >= POLL_S) {
-            view_app_tend_files(app);
-            looked = ibl_now();
-        }
+        if (app->wants_picture)
+            view_labels_picture(app);
     }
 }
 
@@ -300,15 +303,18 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
 {
     view_app app = {.ctx = ctx,
                     .options = options,
-                    .settings = options->settings,
+                    .side = {options->settings, options->other},
+                    .labels = options->labels,
                     .mouse = {-1, -1},
                     .begun = ibl_now()};
-    app.settings.multisample = VIEW_WINDOW_SAMPLES;
-    const bool ok =
-        view_options_may(options) && open_window(&app) && view_app_make(&app) &&
-        view_app_open(&app, &options->request) &&
-        (!app.set || view_options_suit(options, app.set)) && loop(&app);
+    bool ok = view_options_may(options) && open_window(&app) &&
+              view_app_make(&app) && view_ui_make(app.scale);
 
+    if (ok)
+        view_ui_attach(app.window);
+    ok = ok && view_app_open(&app, &options->request) &&
+         (!app.set || view_options_suit(options, app.set)) && loop(&app);
+    view_ui_free();
     view_app_end(&app);
     view_set_free(&app.sets[0]);
     view_set_free(&app.sets[1]);

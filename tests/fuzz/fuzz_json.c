@@ -7,7 +7,7 @@
 #include "fuzz.h"
 #include "view/baked_set.h"
 #include "view/gl.h"
-#include "view/probe_set.h"
+#include "view/room.h"
 #include <ibl/set.h>
 
 static void save_texture(const char *name, ibl_pixel pixel, int levels,
@@ -25,12 +25,6 @@ static void save_texture(const char *name, ibl_pixel pixel, int levels,
 }
 
 /* In place of OpenGL (--wrap). */
-bool __wrap_view_gl_has_cube_arrays(void);
-bool __wrap_view_gl_has_cube_arrays(void)
-{
-    return true;
-}
-
 GLuint __wrap_view_upload(const ibl_texture *tex, bool filtered,
                           const char *path);
 GLuint __wrap_view_upload(const ibl_texture *tex, bool filtered,

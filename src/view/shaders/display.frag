@@ -2,17 +2,19 @@
 // Shows the linear picture, alone or beside another, on the display. Programs
 // for materials alone, without false colours, define TONE as their curve:
 // software draws all branches of a pixel.
-#include "ray.glsl"
+#include "frame.glsl"
 #include "tone.glsl"
 
 uniform sampler2D picture;
 uniform sampler2D other;
+uniform vec2 origin; // of the picture in the framebuffer
 
 out vec4 colour;
 
-// view_mode and view_compare of view/settings.h
-const int SPHERES = 0, MODEL = 5;
+// view_compare of view/settings.h
 const int ALONE = 0, SPLIT = 1, DIFFERENCE = 2;
+
+vec2 pixel;
 
 // Exposure, tone curve and gain are left out: linear values, for files.
 bool raw() {
@@ -39,7 +41,7 @@ bool on_left(vec2 pixel) {
 
 // A white and a black column at the seam, visible on any picture, of spheres
 // only at bottom and top, so that both sides meet; 0: neither.
-float seam(vec2 pixel) {
+float seam() {
     vec2 at = split_place(pixel);
     bool left = at.x < display.y;
     vec2 beside = pixel + vec2(left ? 1.0 : -1.0, 0.0);
@@ -50,11 +52,11 @@ float seam(vec2 pixel) {
     return left ? -1.0 : 1.0;
 }
 
-vec3 compared(ivec2 at, vec3 c) {
-    vec3 against = texelFetch(other, at, 0).rgb;
+vec4 compared(vec4 c) {
+    vec4 against = texelFetch(other, ivec2(pixel), 0);
     if (show.z == DIFFERENCE)
-        return abs(c - against) * (raw() ? 1.0 : display.z);
-    return on_left(gl_FragCoord.xy) ? c : against;
+        return vec4(abs(c - against).rgb * (raw() ? 1.0 : display.z), 1.0);
+    return on_left(pixel) ? c : against;
 }
 
 // Display colour of scene-linear RGB: magenta for NaN, cyan for infinity.
@@ -69,28 +71,29 @@ vec3 shown(vec3 c) {
     return srgb(tone(c * display.x, TONE));
 #else
     if (show.y != 0)
-        return false_colour(luminance(c) * display.x, gl_FragCoord.xy);
+        return false_colour(luminance(c) * display.x, pixel);
     // Differences are linear: a legend says what is white.
     return srgb(tone(c * display.x, show.z == DIFFERENCE ? 0 : show.x));
 #endif
 }
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy);
-    vec4 c = texelFetch(picture, at, 0);
+    pixel = gl_FragCoord.xy - origin;
+    vec4 c = texelFetch(picture, ivec2(pixel), 0);
 #ifndef TONE
-    // Maps are not compared. Their background has alpha 0.
-    if (choice.x != SPHERES && choice.x != MODEL) {
-        colour = vec4(c.a == 0.0 && !raw() ? vec3(0.1) : shown(c.rgb), 1.0);
-        return;
-    }
-    float line = show.z == SPLIT && !raw() ? seam(gl_FragCoord.xy) : 0.0;
+    float line = show.z == SPLIT && !raw() ? seam() : 0.0;
     if (line != 0.0) {
         colour = vec4(vec3(max(line, 0.0)), 1.0);
         return;
     }
     if (show.z != ALONE)
-        c.rgb = compared(at, c.rgb);
+        c = compared(c);
+    // Outside of a map, or of what a transparent background is behind.
+    if (c.a < 1.0 && !raw()) {
+        colour = vec4(c.a > 0.0 ? shown(c.rgb / c.a) : vec3(0.1),
+                      looks.z != 0 ? c.a : 1.0);
+        return;
+    }
 #endif
     colour = vec4(shown(c.rgb), 1.0);
 }

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Uniform block of view/frame.h: the same members in the same order.
+// Uniform block of view/frame.h: the same members in the same order. The ray of
+// a pixel and the rotation of the environment, like view_camera_ray and
+// view_turn of view/sphere_grid.h.
+#include "ibl.glsl"
+
 layout(std140) uniform Frame {
     mat4 clip;
     vec4 eye;
@@ -13,11 +17,48 @@ layout(std140) uniform Frame {
     vec4 disc_irradiance[64];
     vec4 light_position[4];
     vec4 light_intensity[4];
+    vec4 background;
+    vec4 constant;
+    vec4 override_colour;
+    vec4 override_f0;
+    mat4 ground_light;
+    vec4 ground_sun;
+    vec4 ground;
+    ivec4 parts;
     ivec4 shading;
     ivec4 choice;
     ivec4 reflection;
     vec4 inspect_at;
+    ivec4 looks;
     vec4 display;
     ivec4 show;
     ivec4 sampling;
 };
+
+// pixel: like gl_FragCoord, from the lower left.
+vec3 ray_through(vec2 pixel)
+{
+    vec2 p = 2.0 * pixel * viewport.zw - 1.0;
+    return normalize(forward.xyz + p.x * right.xyz + p.y * up.xyz);
+}
+
+// Converts a world direction to the environment's frame.
+vec3 turned(vec3 world)
+{
+    return vec3(turn.x * world.x - turn.y * world.z, world.y,
+                turn.y * world.x + turn.x * world.z);
+}
+
+vec3 turned_back(vec3 environment)
+{
+    return vec3(turn.x * environment.x + turn.y * environment.z, environment.y,
+                turn.x * environment.z - turn.y * environment.x);
+}
+
+// Place of a direction of the environment in its map: row 0 is the zenith, the
+// middle column +X.
+vec2 place_in_map(vec3 d)
+{
+    return vec2(fract(atan(d.z, d.x) / (2.0 * ibl_pi) + 0.5 + diffuse.z),
+                acos(clamp(d.y, -1.0, 1.0)) / ibl_pi);
+}

@@ -1,31 +1,60 @@
 // SPDX-License-Identifier: MIT
-// Shows a map without interpolation, as linear RGB. Alpha is 0 outside the map.
+// Shows a map as linear RGB. Alpha is 1, outside the map 0.
 #include "frame.glsl"
+#include "ibl.glsl"
 #include "layout.glsl"
 
 uniform samplerCube specular_map;
 uniform samplerCube irradiance_map;
 uniform sampler2D lut_map;
+uniform sampler2D backdrop_map;
 
 out vec4 colour;
 
-// view_mode of view/settings.h
-const int IRRADIANCE_MAP = 2, TABLE = 3;
+// view_mode, view_diffuse and view_channel of view/settings.h
+const int IRRADIANCE_MAP = 2, TABLE = 3, SOURCE_MAP = 6;
+const int SH = 1, LAST = 2;
+const int ALPHA = 4, LUMINANCE = 5;
+const int HARMONICS_EDGE = 32; // VIEW_HARMONICS_EDGE of view/inspect.h
+const vec4 OUTSIDE = vec4(0.0, 0.0, 0.0, -1.0);
 
-// Samplers take the nearest texel, so a bright neighbour, such as the sun, adds
-// nothing.
+// Without filtering, samplers take the nearest texel, so a bright neighbour,
+// such as the sun, adds nothing.
 vec4 cube() {
     bool irradiance = choice.x == IRRADIANCE_MAP;
-    int level = irradiance ? 0 : clamp(choice.w, 0, int(lod.z));
-    int n = irradiance ? textureSize(irradiance_map, 0).x
-                       : textureSize(specular_map, level).x;
+    bool last = irradiance && choice.y == LAST;
+    bool harmonics = irradiance && choice.y == SH;
+    int level = last ? int(lod.z) : clamp(choice.w, 0, int(lod.z));
+    int n = harmonics            ? HARMONICS_EDGE
+          : irradiance && !last ? textureSize(irradiance_map, 0).x
+                                : textureSize(specular_map, level).x;
     texel t = flat_texel(choice.z, n);
     if (t.face < 0)
-        return vec4(0.0);
+        return OUTSIDE;
     vec3 d = texel_direction(t, n);
-    return vec4(irradiance ? textureLod(irradiance_map, d, 0.0).rgb
-                           : textureLod(specular_map, d, float(level)).rgb,
-                1.0);
+    if (harmonics)
+        return vec4(ibl_irradiance_sh4(sh, normalize(d)), 1.0);
+    return irradiance && !last ? textureLod(irradiance_map, d, 0.0)
+                               : textureLod(specular_map, d, float(level));
+}
+
+// The environment at its own resolution.
+vec4 source_map() {
+    vec2 size = vec2(textureSize(backdrop_map, 0));
+    vec2 p = flat_point(size);
+    if (!within(p, size))
+        return OUTSIDE;
+    return looks.y != 0 ? texture(backdrop_map, p / size)
+                        : texelFetch(backdrop_map, ivec2(p), 0);
+}
+
+// One channel as grey.
+vec4 channel(vec4 c) {
+    vec3 weights = vec3(0.2126, 0.7152, 0.0722); // ITU-R BT.709-6, item 3.2
+    float grey = looks.x == LUMINANCE ? dot(c.rgb, weights)
+                 : looks.x == ALPHA   ? c.a
+                                      : c[max(looks.x - 1, 0)];
+    return vec4(looks.x == 0 ? c.rgb : vec3(grey), 1.0);
 }
 
 // R and G, interpolated between texel centres.
@@ -59,7 +88,7 @@ vec4 flat_table() {
     vec2 size = vec2(textureSize(lut_map, 0));
     vec2 p = flat_point(size);
     if (!within(p, size))
-        return vec4(0.0);
+        return OUTSIDE;
     p.y = size.y - p.y;
     vec3 c = vec3(texelFetch(lut_map, min(ivec2(p), ivec2(size) - 1), 0).rg,
                   0.0);
@@ -69,5 +98,8 @@ vec4 flat_table() {
 }
 
 void main() {
-    colour = choice.x == TABLE ? flat_table() : cube();
+    vec4 c = choice.x == TABLE        ? flat_table()
+             : choice.x == SOURCE_MAP ? source_map()
+                                      : cube();
+    colour = c.a < 0.0 ? vec4(0.0) : channel(c);
 }

@@ -5,12 +5,91 @@
 // has lights, a direction to one of them is added for both parts. The balance
 // heuristic weights them: Veach and Guibas 1995, "Optimally Combining Sampling
 // Techniques for Monte Carlo Rendering", eq. 12.
-#include "ibl.glsl"
-#include "ray.glsl"
-#include "sample.glsl"
+//
+// Sample points and directions: Roberts 2018, "The Unreasonable Effectiveness
+// of Quasirandom Sequences"; Cranley and Patterson 1976, "Randomization of
+// Number Theoretic Methods for Multiple Integration"; Jarzynski and Olano 2020,
+// "Hash Functions for GPU Rendering", JCGT 9(3); Heitz 2018, "Sampling the GGX
+// Distribution of Visible Normals", JCGT 7(4); Dupuy and Benyoub 2023,
+// "Sampling Visible GGX Normals with Spherical Caps".
+#include "cube.glsl"
+#include "light.glsl"
 
+#ifdef INTEGRAL
 uniform samplerCube environment_map;
-uniform sampler2D backdrop_map;
+uniform sampler2D aim_tokens; // see view/truth.h
+uniform sampler2DArray aim_chance; // a layer per face
+
+// Three random numbers of a pixel, independent of those of other pixels.
+uvec3 hash_of(uvec3 x)
+{
+    x = x * 1664525u + 1013904223u;
+    x.x += x.y * x.z;
+    x.y += x.z * x.x;
+    x.z += x.x * x.y;
+    x ^= x >> 16u;
+    x.x += x.y * x.z;
+    x.y += x.z * x.x;
+    x.z += x.x * x.y;
+    return x;
+}
+
+// Point i of the sequences R2 and R3, as fractions of 2^32, offset by shift.
+// Integers wrap without rounding.
+uvec2 point2(uint i, uvec2 shift)
+{
+    return shift + i * uvec2(3242174889u, 2447445413u);
+}
+
+uvec3 point3(uint i, uvec3 shift)
+{
+    return shift + i * uvec3(3518319154u, 2882110344u, 2360945575u);
+}
+
+// Middle of the interval of 2^-23 that holds a fraction: never 0, never 1.
+vec2 unit(uvec2 fraction)
+{
+    return (vec2(fraction >> 9u) + 0.5) / 8388608.0;
+}
+
+// Visible normal for v, v.z > 0, of a surface around +Z, density D G1 V.H / N.V
+// (Heitz eq. 3), by a spherical cap: Dupuy and Benyoub, listing 1. The sum for
+// h.z is arranged to keep its digits at the horizon.
+vec3 visible_normal(vec3 v, float alpha, vec2 u)
+{
+    vec3 w = normalize(vec3(alpha * v.xy, v.z));
+    float phi = 2.0 * ibl_pi * u.x;
+    float h_z = (1.0 - u.y) * (1.0 + w.z);
+    float c = h_z - w.z;
+    float s = sqrt(max((1.0 - c) * (1.0 + c), 0.0));
+    vec2 h = s * vec2(cos(phi), sin(phi)) + w.xy;
+    return normalize(vec3(alpha * h, h_z));
+}
+
+// Density of aim_at at a unit direction, 0 without a table: dO = dA m^3, m the
+// largest component.
+float aimed(vec3 d)
+{
+    vec3 a = abs(d), at = face_place(d);
+    float m = max(a.x, max(a.y, a.z));
+    if (sampling.z == 0)
+        return 0.0;
+    float chance = textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r;
+    return chance * float(sampling.z * sampling.z) * 0.25 / (m * m * m);
+}
+
+// A random direction in a cell that is random by the light above the mean.
+vec3 aim_at(uvec3 fraction)
+{
+    ivec2 size = textureSize(aim_tokens, 0);
+    int token = int(fraction.x >> 14u);
+    int cell = int(texelFetch(aim_tokens,
+                              ivec2(token % size.x, token / size.x), 0).r);
+    int edge = sampling.z;
+    vec2 p = vec2(cell % edge, cell / edge % edge) + unit(fraction.yz);
+    return normalize(face_direction(cell / (edge * edge),
+                                    2.0 * p / float(edge) - 1.0));
+}
 
 // Below this alpha a lobe is a mirror in float precision.
 const float MIRROR = 1e-6;
@@ -54,16 +133,11 @@ struct patch_of {
 // The map, constant over each pixel, if it is at hand; else a cube.
 vec3 light_from(vec3 d)
 {
-    if (display.w == 0.0)
+    if (diffuse.w == 0.0)
         return textureLod(environment_map, d, 0.0).rgb;
     ivec2 size = textureSize(backdrop_map, 0);
     ivec2 at = ivec2(place_in_map(d) * vec2(size));
     return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
-}
-
-float aimed(vec3 d)
-{
-    return sampling.z == 0 ? 0.0 : aim_density(face_place(d), d);
 }
 
 // BRDF times N.L over the density p = D / (2 spread) of visible normals: F V
@@ -83,49 +157,13 @@ vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
     return ibl_schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
 }
 
-vec3 by_visible_normal(patch_of s, uvec2 fraction)
+patch_of patch_at(surface at, float roughness)
 {
-    vec3 h = visible_normal(s.view, s.alpha, unit(fraction));
-    vec3 l = reflect(-s.view, h);
-    if (l.z <= 0.0)
-        return vec3(0.0);
-    vec3 d = s.to_environment * l;
-    float other = s.alpha < MIRROR ? 0.0 : aimed(d);
-    return light_from(d) * specular_weight(s, h, l, other);
-}
-
-// Irradiance / pi.
-vec3 by_cosine(patch_of s, uvec2 fraction)
-{
-    vec3 l = cosine_direction(unit(fraction));
-    vec3 d = s.to_environment * l;
-    float p = l.z / ibl_pi;
-    return light_from(d) * (p / (p + aimed(d)));
-}
-
-// Samples a direction to a light and adds it to both parts.
-void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
-            inout vec3 irradiance)
-{
-    vec3 at = aim_at(fraction);
-    vec3 d = normalize(face_direction(int(at.z), at.xy));
-    vec3 l = d * s.to_environment;
-    if (l.z <= 0.0)
-        return;
-    vec3 light = light_from(d);
-    float other = aim_density(at, d), p = l.z / ibl_pi;
-    irradiance += light * (p / (p + other));
-    if (s.alpha >= MIRROR)
-        specular += light * specular_weight(s, normalize(s.view + l), l, other);
-}
-
-patch_of patch_at(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness)
-{
-    mat3 frame = frame_of(normal);
+    mat3 frame = frame_of(at.normal);
     patch_of s;
-    s.f0 = f0;
+    s.f0 = at.f0;
     s.alpha = roughness * roughness;
-    s.view = vec3((view * frame).xy, max(n_v, 1e-6));
+    s.view = vec3((at.view * frame).xy, max(at.n_v, 1e-6));
     s.spread = s.view.z + sqrt(s.alpha * s.alpha +
                                (1.0 - s.alpha * s.alpha) * s.view.z * s.view.z);
     s.to_environment =
@@ -135,11 +173,10 @@ patch_of patch_at(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness)
 
 // The specular part and irradiance / pi, if it is wanted. sequence: another
 // number gives other samples.
-void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
-               bool diffuse_part, uint sequence, out vec3 specular,
+void integrate(surface at, bool diffuse_part, uint sequence, out vec3 specular,
                out vec3 light)
 {
-    patch_of s = patch_at(normal, view, n_v, f0, roughness);
+    patch_of s = patch_at(at, at.roughness);
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec3 a = hash_of(uvec3(pixel, sequence)),
           b = hash_of(uvec3(pixel, sequence + 1u)),
@@ -147,11 +184,29 @@ void integrate(vec3 normal, vec3 view, float n_v, vec3 f0, float roughness,
     specular = vec3(0.0);
     light = vec3(0.0);
     for (int i = sampling.x; i < sampling.x + sampling.y; i++) {
-        specular += by_visible_normal(s, point2(uint(i), a.xy));
-        if (diffuse_part)
-            light += by_cosine(s, point2(uint(i), b.xy));
-        if (sampling.z != 0)
-            by_aim(s, point3(uint(i), c), specular, light);
+        vec3 h = visible_normal(s.view, s.alpha, unit(point2(uint(i), a.xy)));
+        vec3 l = reflect(-s.view, h), d = s.to_environment * l;
+        if (l.z > 0.0)
+            specular += light_from(d) *
+                        specular_weight(s, h, l,
+                                        s.alpha < MIRROR ? 0.0 : aimed(d));
+        if (diffuse_part) {
+            l = cosine_direction(unit(point2(uint(i), b.xy)));
+            d = s.to_environment * l;
+            light += light_from(d) * (l.z / (l.z + ibl_pi * aimed(d)));
+        }
+        if (sampling.z == 0)
+            continue;
+        d = aim_at(point3(uint(i), c));
+        l = d * s.to_environment;
+        if (l.z <= 0.0)
+            continue;
+        vec3 from = light_from(d);
+        float other = aimed(d);
+        light += from * (l.z / (l.z + ibl_pi * other));
+        if (s.alpha >= MIRROR)
+            specular += from * specular_weight(s, normalize(s.view + l), l,
+                                               other);
     }
     specular /= float(sampling.y);
     light /= float(sampling.y);
@@ -168,25 +223,25 @@ vec3 sheen_from(patch_of s, vec3 l, vec3 d)
     return light_from(d) * (lobe / v * l.z / (l.z / ibl_pi + aimed(d)));
 }
 
-vec3 integrate_sheen(vec3 normal, vec3 view, float n_v, float roughness,
-                     uint sequence)
+vec3 integrate_sheen(surface at, uint sequence)
 {
-    patch_of s = patch_at(normal, view, n_v, vec3(0.0), max(roughness, 0.03));
+    patch_of s = patch_at(at, max(at.roughness, 0.03));
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec3 a = hash_of(uvec3(pixel, sequence)),
           b = hash_of(uvec3(pixel, sequence + 1u));
     vec3 sum = vec3(0.0);
-    for (int i = sampling.x; i < sampling.x + sampling.y; i++) {
-        vec3 l = cosine_direction(unit(point2(uint(i), a.xy)));
-        sum += sheen_from(s, l, s.to_environment * l);
-        if (sampling.z == 0)
-            continue;
-        vec3 at = aim_at(point3(uint(i), b));
-        vec3 d = normalize(face_direction(int(at.z), at.xy));
-        l = d * s.to_environment;
-        if (l.z > 0.0)
+    for (int i = 2 * sampling.x; i < 2 * (sampling.x + sampling.y); i++) {
+        uint k = uint(i / 2);
+        vec3 l = cosine_direction(unit(point2(k, a.xy)));
+        vec3 d = s.to_environment * l;
+        if (i % 2 == 1) {
+            d = aim_at(point3(k, b));
+            l = d * s.to_environment;
+        }
+        if (l.z > 0.0 && (i % 2 == 0 || sampling.z != 0))
             sum += sheen_from(s, l, d);
     }
     return sum / float(sampling.y);
 }
+#endif
 #endif

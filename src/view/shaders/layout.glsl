@@ -32,22 +32,23 @@ bool within(vec2 p, vec2 size) {
     return all(greaterThanEqual(p, vec2(0.0))) && all(lessThan(p, size));
 }
 
-// Face and texel.
+// A place on a face, in texels.
 struct texel {
     int face; // -1: none
-    ivec2 at;
+    vec2 at;
 };
 
-// Direction of the texel's centre, not normalised.
+// Direction of the texel's centre or, with filtering, of the place; not
+// normalised.
 vec3 texel_direction(texel t, int n) {
-    return face_direction(t.face, (2.0 * vec2(t.at) + 1.0) / float(n) - 1.0);
+    vec2 at = looks.y != 0 ? t.at : floor(t.at) + 0.5;
+    return face_direction(t.face, 2.0 * at / float(n) - 1.0);
 }
 
-// Inverse of texel_direction.
 texel direction_texel(vec3 d, int n) {
     vec3 place = face_place(d);
     vec2 at = (place.xy + 1.0) * 0.5 * float(n);
-    return texel(int(place.z), clamp(ivec2(floor(at)), 0, n - 1));
+    return texel(int(place.z), clamp(at, 0.0, float(n) - 1.0 / 64.0));
 }
 
 // The cross has +Y on top, -X +Z +X -Z in the middle, -Y below.
@@ -71,10 +72,10 @@ texel flat_texel(int kind, int n) {
     vec2 size = flat_size(kind, float(n));
     vec2 p = flat_point(size);
     if (!within(p, size))
-        return texel(-1, ivec2(0));
+        return texel(-1, vec2(0.0));
     if (kind == EQUIRECT)
         return direction_texel(equirect_direction(p / size), n);
-    ivec2 at = ivec2(p);
-    ivec2 cell = at / n;
-    return texel(kind == STRIP ? cell.x : cross_face(cell), at - cell * n);
+    ivec2 cell = ivec2(p) / n;
+    return texel(kind == STRIP ? cell.x : cross_face(cell),
+                 p - vec2(cell * n));
 }

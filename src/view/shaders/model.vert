@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Vertices of a model. to_world is the same for all of a draw.
+// Vertices of a model, with PROBES in the room. to_world is the same for all of
+// a draw.
 #include "frame.glsl"
+#include "room.glsl"
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -34,5 +36,9 @@ void main()
     at_texcoord = vec4(texcoord0, texcoord1);
     at_texcoord2 = vec4(texcoord2, texcoord3);
     at_colour = colour;
+#ifdef PROBES
+    gl_Position = projected(at, gl_ClipDistance[0]);
+#else
     gl_Position = clip * p;
+#endif
 }

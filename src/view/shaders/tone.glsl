@@ -56,6 +56,33 @@ vec3 neutral(vec3 c) {
     return mix(vec3(lower), c * (lower / peak), g);
 }
 
+// AgX: Sobotka 2022, github.com/sobotka/AgX, in the space of Rec. 2020 as in
+// Blender, its curve by Wrensch 2023, "Minimal AgX Implementation", without a
+// look. The result is what the display shows, before sRGB's curve. Matrices by
+// columns.
+vec3 agx(vec3 c) {
+    const mat3 to_2020 = mat3(0.6274, 0.0691, 0.0164, 0.3293, 0.9195, 0.0880,
+                              0.0433, 0.0113, 0.8956);
+    const mat3 from_2020 = mat3(1.6605, -0.1246, -0.0182,
+                                -0.5876, 1.1329, -0.1006,
+                                -0.0728, -0.0083, 1.1187);
+    const mat3 inset =
+        mat3(0.856627153315983, 0.137318972929847, 0.11189821299995,
+             0.0951212405381588, 0.761241990602591, 0.0767994186031903,
+             0.0482516061458583, 0.101439036467562, 0.811302368396859);
+    const mat3 outset =
+        mat3(1.1271005818144368, -0.1413297634984383, -0.1413297634984383,
+             -0.1106066430966032, 1.157823702216272, -0.1106066430966029,
+             -0.0164939387178346, -0.0164939387178343, 1.2519364065950405);
+    const float low = -12.47393, high = 4.026069; // stops
+    vec3 x = log2(max(inset * (to_2020 * c), 1e-10));
+    x = clamp((x - low) / (high - low), 0.0, 1.0);
+    vec3 x2 = x * x, x4 = x2 * x2;
+    x = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x +
+        0.4298 * x2 + 0.1191 * x - 0.00232;
+    return from_2020 * pow(max(outset * x, 0.0), vec3(2.2));
+}
+
 // IEC 61966-2-1:1999, 5.2.
 vec3 srgb(vec3 c) {
     c = clamp(c, 0.0, 1.0);
@@ -64,7 +91,7 @@ vec3 srgb(vec3 c) {
 }
 
 // As view_tone of view/settings.h; 0 is linear.
-const int REINHARD = 1, ACES = 2, NEUTRAL = 3;
+const int REINHARD = 1, ACES = 2, NEUTRAL = 3, AGX = 4;
 
 vec3 tone(vec3 c, int curve) {
     // Above 1e12 every curve is at its limit; below, squares are finite floats.
@@ -72,6 +99,7 @@ vec3 tone(vec3 c, int curve) {
     return curve == REINHARD  ? reinhard(c)
            : curve == ACES    ? aces(c)
            : curve == NEUTRAL ? neutral(c)
+           : curve == AGX     ? agx(c)
                               : c;
 }
 
@@ -86,7 +114,7 @@ vec3 helix(float level) {
                                 1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
 }
 
-const float STOPS = 8.0; // VIEW_STOPS of view/overlay.h
+const float STOPS = 8.0; // VIEW_STOPS of view/ui.h
 
 // sRGB-encoded false colour of a luminance, STOPS around middle grey.
 vec3 false_colour(float y, vec2 pixel) {

@@ -1,0 +1,589 @@
+/* SPDX-License-Identifier: MIT */
+/* Sets: their missing textures, reading, baking, and the map that they are of.
+ */
+#include "view/baked_set.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/names.h"
+#include "common/path.h"
+#include "common/signals.h"
+#include "engine/engine.h"
+#include "view/message.h"
+
+enum {
+    MOST_EDGE = 1024, /* of the reference's environment */
+    STAGE_BYTES = 64
+};
+
+static const ibl_texel_options floats = {.pixel = IBL_PIXEL_RGBA32F,
+                                         .overflow = IBL_OVERFLOW_CLIP};
+
+/* ---- harmonics ----------------------------------------------------------- */
+
+/* Normalised Legendre functions by their recurrences, without the
+ * Condon-Shortley phase: sqrt((4 l^2 - 1) / (l^2 - m^2)). */
+static double step(int l, int m)
+{
+    return sqrt((4.0 * l * l - 1) / (l * l - m * m));
+}
+
+void view_harmonics_sum(const double *coefficients, int count, int channels,
+                        const double d[3], double *sum)
+{
+    double y[VIEW_SH_COUNT], c = 1, s = 0, first = sqrt(1 / (4 * M_PI));
+
+    for (int m = 0; m <= VIEW_SH_DEGREE; m++) {
+        double before = 0, p = first;
+        for (int l = m; l <= VIEW_SH_DEGREE; l++) {
+            y[l * (l + 1) - m] = M_SQRT2 * p * s;
+            y[l * (l + 1) + m] = (m ? M_SQRT2 : 1) * p * c;
+            const double next = step(l + 1, m) * (d[2] * p - before);
+            before = p / step(l + 1, m);
+            p = next;
+        }
+        const double turned = c * d[0] - s * d[1];
+        s = s * d[0] + c * d[1];
+        c = turned;
+        first *= sqrt((2 * m + 3) / (2 * m + 2.0));
+    }
+    for (int k = 0; k < channels; k++) {
+        sum[k] = 0;
+        for (int i = 0; i < count; i++)
+            sum[k] += coefficients[channels * i + k] * y[i];
+    }
+}
+
+void view_set_harmonics(baked_set *set, int degree, const double *radiance)
+{
+    set->sh_degree = degree = degree < VIEW_SH_DEGREE ? degree : VIEW_SH_DEGREE;
+    for (int l = 0, i = 0; l <= degree; l++)
+        for (int n = 0; n < 3 * (2 * l + 1); n++, i++)
+            set->sh[i] = radiance[i] * ibl_sh_cosine(l);
+}
+
+/* ---- missing textures ---------------------------------------------------- */
+
+static bool fill_table(ibl_ctx *ctx, baked_set *set)
+{
+    const ibl_lut_options opts = ibl_lut_options_default();
+    ibl_lut lut = {0};
+    const bool ok = !ibl_bake_lut(ctx, &opts, &lut) &&
+                    !ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F,
+                                          &set->texture[VIEW_LUT], NULL);
+
+    ibl_lut_free(&lut);
+    set->geometry = opts.geometry;
+    return ok;
+}
+
+bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
+                         baked_set *set)
+{
+    const ibl_lut_options opts = {.size = 32, .kind = IBL_LUT_CHARLIE};
+    ibl_set_facts facts = {.levels = levels};
+    ibl_lut lut = {0};
+    bool ok = !ibl_bake_lut(ctx, &opts, &lut);
+
+    memcpy(facts.roughness, roughness, (size_t)levels * sizeof *roughness);
+    for (int i = 0; ok && i < opts.size * opts.size; i++)
+        lut.data[2 * i + 1] =
+            (float)ibl_set_lod(&facts, (i / opts.size + 0.5) / opts.size);
+    ok = ok && !ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F,
+                                     &set->texture[VIEW_SHEEN_TABLE], NULL);
+    ibl_lut_free(&lut);
+    return ok;
+}
+
+/* ---- reading ------------------------------------------------------------- */
+
+const char *const view_content_names[VIEW_CONTENTS + 1] = {
+    "skybox",   "specular",         "irradiance",   "brdf_lut",
+    "lobe_lut", "charlie_specular", "charlie_table"};
+
+static char *copy(const char *text)
+{
+    return text ? ibl_need(strdup(text)) : NULL;
+}
+
+/* Turns a flat map, equirectangular or octahedral, into a cube of twice its
+ * size, which looks the same. */
+static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
+{
+    const ibl_texel_options as = {.pixel = tex->pixel};
+    ibl_cube flat = {0}, cube = {0};
+    ibl_texture made = {0};
+
+    const bool ok = !ibl_texture_to_cube(ctx, tex, &flat) &&
+                    !ibl_cube_from_flat(ctx, &flat, &cube) &&
+                    !ibl_texture_from_cube(ctx, &cube, &as, &made, NULL);
+    if (ok) {
+        view_note("%s: %dx%d texels, shown by way of a cube of %d", path,
+                  tex->width, tex->height, made.width);
+        ibl_texture_free(tex);
+        *tex = made;
+    }
+    ibl_cube_free(&flat);
+    ibl_cube_free(&cube);
+    return ok;
+}
+
+/* Takes a texture of a set over, and its path. */
+static bool take_file(ibl_ctx *ctx, ibl_set_file *f, view_content content,
+                      baked_set *set)
+{
+    ibl_texture *tex = &set->texture[content];
+
+    if (!f->texture.data)
+        return true;
+    *tex = f->texture;
+    f->texture = (ibl_texture){0};
+    set->pixel[content] = f->pixel;
+    set->path[content] = copy(f->path);
+    return tex->faces == IBL_FACES || content == VIEW_LUT ||
+           content == VIEW_LOBES || make_cube(ctx, f->path, tex);
+}
+
+/* Checks the files that were named in place of the set's. */
+static bool check_kinds(const view_request *what, ibl_set_file *f)
+{
+    const ibl_set_file *matte = &f[IBL_CONTENT_IRRADIANCE];
+    ibl_set_file *table = &f[IBL_CONTENT_LUT];
+
+    if (!f[IBL_CONTENT_SPECULAR].texture.data)
+        return view_fail("%s: has no specular levels: bake the set again, or "
+                         "name its NAME_specular file",
+                         what->path);
+    /* Any cube is a sky. */
+    if (what->irradiance && matte->holds >= 0 &&
+        matte->holds != IBL_CONTENT_IRRADIANCE)
+        return view_fail("%s: holds %s, where an irradiance map is wanted: "
+                         "name another file, or leave --irradiance out",
+                         matte->path,
+                         ibl_content_name((ibl_content)matte->holds));
+    if (table->facts.table && what->lut)
+        return view_fail("%s: is a table of kind %s, not the split one: name "
+                         "the brdf_lut file, or leave --lut out",
+                         table->path, ibl_lut_name(table->facts.table));
+    if (table->facts.table) {
+        view_note("%s: a table of kind %s: not used", table->path,
+                  ibl_lut_name(table->facts.table));
+        ibl_texture_free(&table->texture);
+    }
+    return true;
+}
+
+const char *view_set_lacks(const baked_set *set, view_diffuse by)
+{
+    return by == VIEW_DIFFUSE_MAP && !set->texture[VIEW_IRRADIANCE].data
+               ? "is no irradiance map"
+           : by == VIEW_DIFFUSE_SH && set->sh_degree < 0
+               ? "are no spherical harmonics: the sidecar has them"
+               : NULL;
+}
+
+static view_diffuse diffuse_of(const baked_set *set, const char *target)
+{
+    return set->texture[VIEW_IRRADIANCE].data ? VIEW_DIFFUSE_MAP
+           : set->sh_degree >= 2 && strcmp(target, "three") != 0 &&
+                   strcmp(target, "filament") != 0
+               ? VIEW_DIFFUSE_SH
+               : VIEW_DIFFUSE_LAST;
+}
+
+static void note_unknown(const ibl_set_file *f, unsigned fact, const char *as)
+{
+    if (f->path && !f->missing && !(f->facts.known & fact))
+        view_note("%s: does not say how it was baked: taken as %s", f->path,
+                  as);
+}
+
+/* Takes what files and sidecar say, and notes what they do not, and what makes
+ * spheres inexact. */
+static void take_facts(const ibl_set *from, baked_set *set)
+{
+    const ibl_set_file *f = &from->file[IBL_CONTENT_SPECULAR];
+    const ibl_set_file *matte = &from->file[IBL_CONTENT_IRRADIANCE];
+    const ibl_set_file *table = &from->file[IBL_CONTENT_LUT];
+
+    set->mapping = f->facts.mapping;
+    set->lobe = f->facts.lobe;
+    memcpy(set->roughness, f->facts.roughness, sizeof set->roughness);
+    set->lod_scale =
+        f->facts.lod_scale > 0 ? f->facts.lod_scale : f->facts.levels - 1;
+    set->lod_offset = f->facts.lod_offset;
+    note_unknown(f, IBL_KNOWN_MAPPING,
+                 set->mapping ? "GGX, filament mapping as cmgen has it"
+                              : "GGX, linear mapping, roughness 0 to 1");
+    if (set->lobe != IBL_LOBE_GGX)
+        view_note("%s: its levels are of the lobe %s: spheres, which are "
+                  "shaded by GGX, are only similar",
+                  f->path, ibl_lobe_name(set->lobe));
+    set->irradiance_scale = matte->path ? matte->facts.irradiance_scale : 1;
+    note_unknown(matte, IBL_KNOWN_SCALE, "irradiance / pi");
+    set->geometry = table->facts.geometry;
+    note_unknown(table, IBL_KNOWN_GEOMETRY, ibl_geometry_name(set->geometry));
+    set->light_count = from->light_count > 0 ? from->light_count : 0;
+    memcpy(set->light, from->light, sizeof set->light);
+    view_set_harmonics(set, from->sh_degree, from->sh);
+    set->source = copy(from->source);
+    set->source_read = from->read;
+    set->source_yaw = from->yaw_deg;
+    memcpy(set->source_hash, from->source_hash, sizeof set->source_hash);
+    set->diffuse = diffuse_of(set, from->target);
+}
+
+/* Opens the chain of sheen beside the specular one, in the same container. It
+ * is a bake of its own, and no error if there is none. */
+static bool open_sheen(ibl_ctx *ctx, baked_set *set)
+{
+    ibl_set_options o = ibl_set_options_default();
+    ibl_set sheen = {0};
+    ibl_set_file *f = &sheen.file[IBL_CONTENT_SPECULAR];
+    const char *end = strrchr(set->path[VIEW_SPECULAR], '.');
+    char *name = ibl_need(
+        ibl_format("%s_charlie_specular%s", set->name, end ? end : ""));
+    char *path = ibl_need(ibl_path_beside(set->path[VIEW_SPECULAR], name));
+
+    o.leave = ~(1u << IBL_CONTENT_SPECULAR);
+    bool ok = access(path, F_OK) || !ibl_set_open(ctx, path, &o, &sheen);
+    free(path);
+    free(name);
+    if (ok && f->path)
+        ok = (f->facts.lobe == IBL_LOBE_CHARLIE &&
+              f->facts.known & IBL_KNOWN_ROUGHNESS)
+                 ? take_file(ctx, f, VIEW_SHEEN, set) &&
+                       view_set_fill_sheen(ctx, f->facts.roughness,
+                                           f->facts.levels, set)
+                 : view_fail("%s: does not say the roughness of its levels, or "
+                             "is not of the lobe charlie: bake it again",
+                             f->path);
+    ibl_set_free(&sheen);
+    return ok;
+}
+
+bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
+{
+    ibl_set_options o = ibl_set_options_default();
+    ibl_set from = {0};
+
+    *set = (baked_set){.sh_degree = -1,
+                       .irradiance_scale = 1,
+                       .own_sky = what->sky,
+                       .layer = what->layer};
+    o.file[IBL_CONTENT_IRRADIANCE] = what->irradiance;
+    o.file[IBL_CONTENT_LUT] = what->lut;
+    o.file[IBL_CONTENT_SKYBOX] = what->sky;
+    o.layer = what->layer;
+    bool ok = !ibl_set_open(ctx, what->path, &o, &from) &&
+              check_kinds(what, from.file);
+    for (int c = 0; c < IBL_CONTENTS && ok; c++)
+        ok = take_file(ctx, &from.file[c], (view_content)c, set);
+    if (ok) {
+        set->name = copy(from.name ? from.name : what->path);
+        take_facts(&from, set);
+        ok = open_sheen(ctx, set);
+    }
+    ibl_set_free(&from);
+    /* The map that is named is taken whatever it is. */
+    if (what->map) {
+        free(set->source);
+        set->source = copy(what->map);
+        *set->source_hash = '\0';
+    }
+    if (ok && set->roughness[0] > 0 && !set->source &&
+        !set->texture[VIEW_SKY].data)
+        view_note(
+            "%s: its level 0 is of roughness %.3g: without the map, which "
+            "--map names, reference and sky are as blurred",
+            set->path[VIEW_SPECULAR], set->roughness[0]);
+    if (ok && !set->texture[VIEW_LUT].data) {
+        ok = fill_table(ctx, set);
+        view_note("%s: has no BRDF table: made with the geometry %s", set->name,
+                  ibl_geometry_name(set->geometry));
+    }
+    if (!ok)
+        view_set_free(set);
+    return ok;
+}
+
+void view_set_free(baked_set *set)
+{
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        ibl_texture_free(&set->texture[i]);
+        free(set->path[i]);
+    }
+    ibl_image_free(&set->map);
+    free(set->source);
+    free(set->name);
+    *set = (baked_set){0};
+}
+
+/* ---- baking ----------------------------------------------------------- */
+
+bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
+                               const ibl_specular_options *specular,
+                               baked_set *set)
+{
+    ibl_bake_options opts = ibl_bake_options_default();
+    ibl_lobe_table_options lobes = ibl_lobe_table_options_default();
+    ibl_bake_result result = {0};
+    ibl_overflow_report beyond = {0};
+    ibl_lobe_table table = {0};
+    ibl_texture *t = set->texture;
+
+    if (specular)
+        opts.specular_options = *specular;
+    opts.yaw_deg = opts.specular_options.yaw_deg;
+    opts.sh_degree = VIEW_SH_DEGREE;
+    bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
+              !ibl_texture_from_cube(ctx, &result.specular, NULL,
+                                     &t[VIEW_SPECULAR], &beyond) &&
+              !ibl_texture_from_cube(ctx, &result.irradiance, NULL,
+                                     &t[VIEW_IRRADIANCE], NULL);
+    if (beyond.values)
+        view_note("%s: %zu components of its levels are beyond %g, the most "
+                  "that is shown: that light is spread over texels around them",
+                  set->name, beyond.values,
+                  (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
+    if (ok) {
+        lobes.layout = result.report.layout;
+        set->mapping = opts.specular_options.mapping;
+        set->lobe = opts.specular_options.lobe;
+        set->lod_scale = lobes.layout.lod_scale;
+        set->lod_offset = lobes.layout.lod_offset;
+        memcpy(set->roughness, lobes.layout.roughness, sizeof set->roughness);
+        set->irradiance_scale = 1;
+        view_set_harmonics(set, VIEW_SH_DEGREE, result.sh);
+        ok = fill_table(ctx, set) &&
+             (specular ||
+              (!ibl_bake_lobe_table(ctx, &lobes, &table) &&
+               !ibl_texture_from_lobe_table(ctx, &table, &t[VIEW_LOBES])));
+    }
+    ibl_lobe_table_free(&table);
+    ibl_bake_result_free(&result);
+    return ok;
+}
+
+bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
+{
+    const char *path = what->path;
+    const char *name = ibl_path_name(path), *dot = strrchr(name, '.');
+    const size_t stem = dot && dot > name ? (size_t)(dot - name) : strlen(name);
+    ibl_source *source;
+    struct stat st;
+
+    *set = (baked_set){.name = ibl_need(strndup(name, stem)),
+                       .source_read = ibl_read_options_default()};
+    set->source_read.layout = what->layout;
+    set->source_read.transfer = what->transfer;
+    memcpy(set->source_read.face_order, what->face_order,
+           sizeof what->face_order);
+    /* Streams are gone by now; six faces are no file. */
+    if (strcmp(path, "-") != 0 && (stat(path, &st) || S_ISREG(st.st_mode)))
+        set->source = ibl_need(strdup(path));
+    bool ok = !ibl_source_open(ctx, path, &set->source_read, &source);
+    if (ok) {
+        const ibl_environment env = ibl_source_environment(source);
+        ok = view_set_bake_environment(ctx, &env, NULL, set);
+        ibl_source_close(source);
+    }
+    if (!ok)
+        view_set_free(set);
+    return ok;
+}
+
+/* ---- the map ------------------------------------------------------------ */
+
+static ibl_ctx *reader(void)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+
+    o.bridge = ibl_bridge_beside();
+    return ibl_ctx_create(&o, &ctx) ? NULL : ctx;
+}
+
+/* Reads the map, or says why not. */
+static const char *read_map(const baked_set *set, ibl_image *map)
+{
+    ibl_read_options read = set->source_read;
+    ibl_read_report report;
+    ibl_status status = IBL_ERR_MEMORY;
+
+    if (!set->source)
+        return "its map is not at hand: name it with --map";
+    read.hash = *set->source_hash != '\0';
+    ibl_ctx *ctx = reader();
+    if (ctx)
+        status = ibl_image_read(ctx, set->source, &read, map, &report);
+    ibl_ctx_free(ctx);
+    if (!status && (!read.hash || !strcmp(set->source_hash, report.hash)))
+        return NULL;
+    ibl_image_free(map);
+    view_note("%s: cannot be read again as it was baked, for the backdrop and "
+              "the reference",
+              set->source);
+    return "its map cannot be read again as it was baked";
+}
+
+const ibl_image *view_set_source(const baked_set *set, const char **why)
+{
+    baked_set *own = (baked_set *)set;
+
+    if (!set->map.data && !set->map_why)
+        own->map_why = read_map(set, &own->map);
+    if (why)
+        *why = set->map_why;
+    return set->map.data ? &set->map : NULL;
+}
+
+/* As fine as the map and as level 0. */
+static bool cube_of_map(const baked_set *set, const ibl_image *map,
+                        ibl_texture *env)
+{
+    const int fine = map->width / 4 < MOST_EDGE ? map->width / 4 : MOST_EDGE;
+    const int least = set->texture[VIEW_SPECULAR].width;
+    ibl_ctx *ctx = reader();
+    ibl_cube cube = {0};
+
+    const bool ok =
+        ctx && !ibl_cube_alloc(ctx, fine > least ? fine : least, 1, &cube) &&
+        !ibl_cube_from_latlong(ctx, map, set->source_yaw, &cube) &&
+        !ibl_texture_from_cube(ctx, &cube, &floats, env, NULL);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+    return ok || view_fail("no memory for the reference");
+}
+
+/* Whether level 0 has the largest value of its format. */
+static bool is_clipped(const baked_set *set)
+{
+    const ibl_texture *t = &set->texture[VIEW_SPECULAR];
+    const float most = ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
+    bool clipped = false;
+    float rgb[3];
+
+    for (int i = 0; i < IBL_FACES * t->width * t->width && !clipped; i++) {
+        ibl_pixel_decode(
+            t->pixel, t->data + (size_t)i * ibl_pixel_bytes(t->pixel), 1, rgb);
+        clipped = fmaxf(fmaxf(rgb[0], rgb[1]), rgb[2]) >= most;
+    }
+    return clipped;
+}
+
+bool view_set_environment(const baked_set *set, ibl_texture *env,
+                          const char **what)
+{
+    const ibl_image *map = view_set_source(set, NULL);
+
+    *env = (ibl_texture){0};
+    *what = map ? set->source : "level 0";
+    if (map)
+        return cube_of_map(set, map, env);
+    if (set->roughness[0] > 0 && set->texture[VIEW_SKY].data) {
+        *what = "the skybox";
+        return true;
+    }
+    return !is_clipped(set) ||
+           view_fail("%s: there is no reference: level 0 is clipped by %s, "
+                     "and its map is not at hand: name it with --map",
+                     set->name, ibl_pixel_name(set->pixel[VIEW_SPECULAR]));
+}
+
+/* ---- a bake beside the window ------------------------------------------- */
+
+/* Bakes on a thread with its own context while the window keeps drawing. */
+struct view_baker {
+    view_request what;
+    ibl_ctx *ctx;
+    pthread_t thread;
+    baked_set set; /* belongs to the thread until it is joined */
+    bool ok;       /* the same */
+
+    pthread_mutex_t lock; /* of what follows */
+    char stage[STAGE_BYTES];
+    double whole; /* the finished share */
+    bool ended;
+};
+
+static void on_progress(void *cookie, const char *stage, double done,
+                        double whole)
+{
+    view_baker *b = cookie;
+
+    (void)done;
+    pthread_mutex_lock(&b->lock);
+    snprintf(b->stage, sizeof b->stage, "%s", stage);
+    b->whole = fmax(b->whole, whole);
+    pthread_mutex_unlock(&b->lock);
+}
+
+bool view_baker_poll(view_baker *baker, char *stage, double *done)
+{
+    pthread_mutex_lock(&baker->lock);
+    const bool ended = baker->ended;
+    memcpy(stage, baker->stage, sizeof baker->stage);
+    *done = ended ? 1 : baker->whole;
+    pthread_mutex_unlock(&baker->lock);
+    return ended;
+}
+
+static void *run(void *cookie)
+{
+    view_baker *b = cookie;
+
+    b->ok = view_set_bake(b->ctx, &b->what, &b->set);
+    pthread_mutex_lock(&b->lock);
+    b->ended = true;
+    pthread_mutex_unlock(&b->lock);
+    return NULL;
+}
+
+static void baker_free(view_baker *b)
+{
+    ibl_ctx_free(b->ctx);
+    pthread_mutex_destroy(&b->lock);
+    free(b);
+}
+
+view_baker *view_baker_start(const view_request *what)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    view_baker *b = ibl_need(calloc(1, sizeof *b));
+
+    pthread_mutex_init(&b->lock, NULL);
+    opts.log = view_log;
+    opts.memory = ibl_memory_allowed() / 4 * 3;
+    opts.progress = on_progress;
+    opts.progress_cookie = b;
+    opts.bridge = ibl_bridge_beside();
+    b->what = *what;
+    if (ibl_ctx_create(&opts, &b->ctx) ||
+        pthread_create(&b->thread, NULL, run, b)) {
+        view_fail("%s: no memory or no threads to bake it", what->path);
+        baker_free(b);
+        return NULL;
+    }
+    return b;
+}
+
+bool view_baker_finish(view_baker *baker, baked_set *set)
+{
+    if (!set)
+        ibl_ctx_cancel(baker->ctx);
+    pthread_join(baker->thread, NULL);
+    const bool ok = set && baker->ok;
+    if (set)
+        *set = baker->set;
+    else
+        view_set_free(&baker->set);
+    baker_free(baker);
+    return ok;
+}

@@ -1,0 +1,556 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/controls.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "common/names.h"
+#include "view/gl.h"
+#include "view/message.h"
+#include "view/sphere_grid.h"
+
+const char *const view_material_names[VIEW_MATERIALS + 1] = {
+    "gold",        "copper",   "iron",        "silver",
+    "aluminium",   "titanium", "red acrylic", "blue acrylic",
+    "polystyrene", "water",    "diamond",     "white"};
+
+/* ---- values of their own kind ------------------------------------------ */
+
+static bool parse_grid(void *field, const char *value)
+{
+    int *to = field;
+    const char *end;
+
+    return ibl_number_int(value, 1, VIEW_MAX_GRID, &to[0], &end) &&
+           *end == 'x' &&
+           ibl_number_int(end + 1, 1, VIEW_MAX_GRID, &to[1], &end) && !*end;
+}
+
+static bool parse_range(void *field, const char *value)
+{
+    return ibl_number_list(value, ':', 0, 1, field, 2) == 2;
+}
+
+static bool parse_pan(void *field, const char *value)
+{
+    return ibl_number_list(value, ',', -0.5, 0.5, field, 2) == 2;
+}
+
+static bool parse_colour(void *field, const char *value)
+{
+    return ibl_number_list(value, ',', 0, 1e6, field, 3) == 3;
+}
+
+static bool parse_probe_size(void *field, const char *value)
+{
+    const char *end;
+    int size;
+
+    if (!ibl_number_int(value, 16, 1024, &size, &end) || *end ||
+        (size & (size - 1)))
+        return false;
+    *(int *)field = size;
+    return true;
+}
+
+static bool set_reference(void *field, const char *value)
+{
+    (void)value;
+    *(view_reflection *)field = VIEW_REFERENCE;
+    return true;
+}
+
+/* ---- the table ---------------------------------------------------------- */
+
+enum {
+    ALL = VIEW_IN_ALL,
+    SPHERES = VIEW_IN_SPHERES,
+    MODEL = VIEW_IN_MODEL,
+    SCENE = VIEW_IN_SCENE,
+    LEVELS = VIEW_IN_LEVELS,
+    CUBES = LEVELS | VIEW_IN_IRRADIANCE,
+    FLAT = VIEW_IN_FLAT,
+    LIT = VIEW_IN_LIT,
+    SIDE = VIEW_OF_SIDE,
+    DEFAULT_GRID = 7
+};
+
+#define IBL_SETTINGS view_settings
+#define ON(field) .kind = IBL_OPTION_ON, IBL_AT(field)
+#define OFF(field) .kind = IBL_OPTION_OFF, IBL_AT(field)
+#define NAMED(code) VIEW_KEY(GLFW_KEY_##code)
+
+/* clang-format off */
+static const view_control shown[] = {
+    {{"mode", 0, IBL_CHOICE(mode, view_mode_names),
+      .help = "spheres, the maps themselves, a room with probes, the model of "
+              "--model, without which it is a ball of the material, or the "
+              "environment at its own resolution"},
+     .label = "mode", .where = ALL, .key = 'm', .back = 'M'},
+    {{"layout", 0, IBL_CHOICE(layout, view_layout_names),
+      .help = "flat layout of a cube"},
+     .label = "layout", .where = CUBES, .key = 'l', .back = 'L'},
+    {{"level", 0, IBL_INT(level, 0, IBL_MAX_LEVELS - 1),
+      .help = "level of the specular cube"},
+     .label = "level", .where = LEVELS | SIDE, .key = ']', .back = '['},
+    {{"array-layer", 0, IBL_INT(layer, 0, VIEW_MAX_LAYER),
+      .help = "layer of an array, as iblbake probes writes it"},
+     .label = "layer of an array", .where = ALL & ~(SCENE | VIEW_IN_TABLE),
+     .key = 'a', .back = 'A'},
+    {{"channel", 0, IBL_CHOICE(channel, view_channel_names),
+      .help = "all channels of a map, one as grey, or the luminance"},
+     .label = "channel", .where = FLAT, .key = 'h', .back = 'H'},
+    {{"filter", 0, ON(filter), .help = "interpolate the texels of maps"},
+     .label = "interpolate texels", .where = FLAT & ~VIEW_IN_TABLE, .key = 'j'},
+    {{"zoom", 0, IBL_REAL(zoom, "Z", 0.25, 10000),
+      .help = "zoom of maps; 1: the whole map fits"},
+     .label = "zoom", .where = FLAT, .slide = {0.25, 64}},
+    {{"pan", 0, IBL_OTHER(pan, "X,Y", parse_pan),
+      .allowed = "-0.5,-0.5 to 0.5,0.5", .standard = "0,0", .low = -0.5,
+      .high = 0.5,
+      .help = "the point of a map or model in the middle of the picture, from "
+              "its centre, as fractions of its size to the right and down"},
+     .label = "pan", .where = FLAT | MODEL, .shape = VIEW_TWO_REALS},
+};
+
+static const view_control materials[] = {
+    {{"material", 0, IBL_CHOICE(material, view_material_names),
+      .help = "material of spheres and ball: its metal in the upper rows, its "
+              "plastic in the lower"},
+     .label = "material", .where = LIT | SIDE | VIEW_NEED_MATERIAL, .key = 'n',
+     .back = 'N'},
+    {{"grid", 0, IBL_OTHER(rows, "RxC", parse_grid), .low = 1,
+      .high = VIEW_MAX_GRID, .allowed = "1x1 to 16x16",
+      .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
+     .label = "rows, columns", .where = SPHERES, .shape = VIEW_TWO_INTS},
+    {{"metallic", 0, IBL_OTHER(metallic, "A:B", parse_range), .high = 1,
+      .allowed = "two numbers from 0 to 1", .standard = "0:1",
+      .help = "metallic of the lowest and the highest row"},
+     .label = "metallic", .where = LIT | SIDE | VIEW_NEED_MATERIAL,
+     .shape = VIEW_TWO_REALS},
+    {{"roughness", 0, IBL_OTHER(roughness, "A:B", parse_range), .high = 1,
+      .allowed = "two numbers from 0 to 1", .standard = "0:1",
+      .help = "roughness of the first and the last column"},
+     .label = "roughness", .where = LIT | SIDE | VIEW_NEED_MATERIAL,
+     .shape = VIEW_TWO_REALS},
+    {{"override", 0, IBL_CHOICE(override, view_override_names),
+      .help = "materials of a model: its own, clay, chrome, or --material "
+              "with the upper end of --metallic and the middle of --roughness"},
+     .label = "model's materials", .where = MODEL | SIDE | VIEW_NEED_FILE,
+     .key = 'o', .back = 'O'},
+    {{"ground", 0, ON(ground),
+      .help = "a ground below the model, with the shadow of the main light"},
+     .label = "ground", .where = MODEL, .key = 'u'},
+};
+
+static const view_control light[] = {
+    {{"turn", 0, IBL_REAL(turn, "DEG", -3600, 3600),
+      .help = "turn the environment about +Y, counter-clockwise from above"},
+     .label = "turn", .where = LIT | SCENE, .key = '.', .back = ',', .step = 5,
+     .slide = {-180, 180}},
+    {{"lights", 0, IBL_INT(light_count, 0, VIEW_MAX_LIGHTS),
+      .help = "point lights before the corners of the grid, as in tutorials"},
+     .label = "point lights", .where = LIT, .key = 'i', .back = 'I'},
+    {{"parts", 0, IBL_CHOICE(parts, view_parts_names),
+      .help = "what of the light is drawn: all, a constant ambient light in "
+              "place of the maps, only point lights and the set's, only the "
+              "diffuse or only the specular part of the maps"},
+     .label = "parts of the light", .where = LIT | SIDE, .key = 'k',
+     .back = 'K'},
+    {{"diffuse", 0, IBL_CHOICE(diffuse, view_diffuse_names),
+      .help = "diffuse light: the irradiance map, spherical harmonics of the "
+              "sidecar, the last specular level, or what the engine takes "
+              "that the set is for"},
+     .label = "diffuse", .where = LIT | SCENE | VIEW_IN_IRRADIANCE | SIDE,
+     .key = 'd', .back = 'D'},
+    {{"no-multiscatter", 0, OFF(multiscatter),
+      .help = "without the energy that single scattering loses"},
+     .label = "multiple scattering", .where = LIT | SIDE | VIEW_NEED_PLAIN,
+     .key = 'c'},
+    {{"rough-fresnel", 0, ON(rough_fresnel),
+      .help = "the Fresnel of roughness that tutorials take for the diffuse "
+              "part"},
+     .label = "Fresnel of roughness", .where = LIT | SIDE},
+};
+
+static const view_control reflection[] = {
+    {{"reflection", 0, IBL_CHOICE(reflection, view_reflection_names),
+      .help = "look up lobes by the split sum, by formulas, or by the table, "
+              "in one to four taps; or the integral itself"},
+     .label = "reflection", .where = LIT | SCENE | SIDE, .key = 'r',
+     .back = 'R'},
+    {{"reference", 0, IBL_OTHER(reflection, NULL, set_reference),
+      .help = "the same as --reflection reference"},
+     .where = LIT | SIDE},
+    {{"seams", 0, ON(seams),
+      .help = "look cubes up face by face, as OpenGL does without "
+              "GL_TEXTURE_CUBE_MAP_SEAMLESS"},
+     .label = "seams of cubes", .where = LIT | SCENE | SIDE},
+};
+
+static const view_control compare[] = {
+    {{"compare", 0, IBL_CHOICE(compare, view_compare_names),
+      .help = "show two states side by side, or their difference; pictures "
+              "print the error of each sphere"},
+     .label = "compare", .where = ALL, .key = 'f', .back = 'F'},
+    {{"split", 0, IBL_REAL(split, "X", 0, 1),
+      .help = "where the other begins, as a fraction of the width of each "
+              "sphere's place, or of the picture"},
+     .label = "split", .where = ALL | VIEW_NEED_SPLIT, .key = 's', .back = 'S',
+     .step = 0.05},
+    {{"gain", 0, IBL_REAL(gain, "G", 1e-3, 1e6),
+      .help = "factor of the difference"},
+     .label = "gain", .where = ALL | VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE,
+     .key = 'g', .back = 'G', .slide = {0.1, 1000}},
+};
+
+static const view_control probes[] = {
+    {{"seconds", 0, IBL_REAL(seconds, "T", 0, 1e6),
+      .help = "time of the motion in a picture, or at its start in a window"},
+     .where = SCENE},
+    {{"parallax", 0, IBL_CHOICE(parallax, view_parallax_names),
+      .help = "correct reflections for the walls of the room: not, by each "
+              "probe's box, or by a sphere in its place"},
+     .label = "parallax", .where = SCENE | SIDE, .key = 'x', .back = 'X'},
+    {{"probes", 0, IBL_INT(probes, 0, VIEW_MAX_LOCALS),
+      .help = "local probes, captured once; they see only what does not move"},
+     .label = "local probes", .where = SCENE | SIDE | VIEW_NEED_OWN,
+     .key = '}', .back = '{'},
+    {{"probe-choice", 0, IBL_CHOICE(probe_choice, view_probe_choice_names),
+      .help = "which local probes light a point: all whose boxes contain it, "
+              "blended by weight and priority, the nearest, or a few of these"},
+     .label = "probes at a point", .where = SCENE | SIDE | VIEW_NEED_PROBES,
+     .key = 'z', .back = 'Z'},
+    {{"nearest", 0, IBL_INT(nearest, 1, VIEW_MAX_NEAREST),
+      .help = "how many of the nearest"},
+     .label = "nearest probes",
+     .where = SCENE | SIDE | VIEW_NEED_PROBES | VIEW_NEED_K},
+    {{"weights", 0, ON(weights),
+      .help = "show the weights of probes as colours, one for each probe"},
+     .label = "weights as colours", .where = SCENE, .key = 'w'},
+    {{"probe-limit", 0, ON(probe_limit),
+      .help = "a capture ends where its probe's influence ends; farther off, "
+              "other probes and the environment fill in"},
+     .label = "captures end", .where = SCENE | SIDE | VIEW_NEED_PROBES},
+    {{"probe-size", 0, IBL_OTHER(probe_size, "N", parse_probe_size), .low = 16,
+      .high = 1024, .allowed = "a power of two from 16 to 1024",
+      .standard = "256", .help = "edge of the faces of each probe's cube"},
+     .label = "size of faces", .where = SCENE | SIDE, .shape = VIEW_DOUBLED},
+    {{"probe-capture", 0,
+      IBL_CHOICE(probe_capture, view_probe_capture_names),
+      .help = "draw six faces, or two paraboloids"},
+     .label = "captured as", .where = SCENE | SIDE},
+    {{"probe-interval", 0, IBL_REAL(probe_interval, "S", 0, 3600),
+      .help = "seconds between captures in a window, if something moved; 0: "
+              "every frame"},
+     .label = "seconds between", .where = SCENE | VIEW_NEED_WINDOW,
+     .slide = {0, 2}},
+};
+
+static const view_control camera[] = {
+    {{"yaw", 0, IBL_REAL(yaw, "DEG", -3600, 3600),
+      .help = "turn of the camera around the spheres"},
+     .label = "yaw", .where = LIT | SCENE | VIEW_NEED_ORBIT,
+     .slide = {-180, 180}},
+    {{"pitch", 0, IBL_REAL(pitch, "DEG", -89, 89),
+      .help = "height angle of the camera; positive: from above"},
+     .label = "pitch", .where = LIT | SCENE | VIEW_NEED_ORBIT},
+    {{"distance", 0, IBL_REAL(distance, "D", 0, 1000),
+      .help = "distance of the camera from the middle of the grid, or from the "
+              "model, which is scaled into a sphere of radius 1; 0: far enough "
+              "to see all of it"},
+     .label = "distance", .where = LIT | SCENE | VIEW_NEED_ORBIT,
+     .slide = {0, 30}},
+    {{"fov", 0, IBL_REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
+     .label = "field of view", .where = LIT | SCENE | VIEW_NEED_ORBIT},
+    {{"file-camera", 0, IBL_INT(file_camera, 0, 1000),
+      .help = "camera of the model's file, counted from 1; 0: none"},
+     .label = "camera of the file", .where = MODEL | VIEW_NEED_FILE},
+    {{"antialias", 0, IBL_INT(antialias, 1, VIEW_MAX_ANTIALIAS),
+      .help = "draw N x N places of each pixel, and their mean; 1: only its "
+              "centre"},
+     .label = "antialiasing", .where = LIT | SCENE},
+};
+
+static const view_control display[] = {
+    {{"background", 0, IBL_CHOICE(background, view_background_names),
+      .help = "what is behind spheres and models: the map, the same blurred, a "
+              "level, a colour, or nothing: PNG pictures then have alpha"},
+     .label = "background", .where = LIT, .key = 'b', .back = 'B'},
+    {{"blur", 0, IBL_REAL(blur, "R", 0, 1),
+      .help = "roughness by which the background is blurred"},
+     .label = "its roughness", .where = LIT | VIEW_NEED_BLUR},
+    {{"background-level", 0,
+      IBL_INT(background_level, 0, IBL_MAX_LEVELS - 1),
+      .help = "level of the specular cube that is the background"},
+     .label = "its level", .where = LIT | VIEW_NEED_LEVEL},
+    {{"colour", 0, IBL_OTHER(background_colour, "R,G,B", parse_colour),
+      .high = 1, .allowed = "three linear numbers, 0 or more",
+      .standard = "0,0,0", .help = "colour of the background"},
+     .label = "its colour", .where = LIT | VIEW_NEED_COLOUR,
+     .shape = VIEW_COLOUR3},
+    {{"ev", 0, IBL_REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
+     .label = "exposure", .where = ALL | VIEW_NEED_TONE, .key = 'e',
+     .back = 'E', .step = 0.25, .slide = {-8, 8}},
+    {{"tone", 0, IBL_CHOICE(tone, view_tone_names), .help = "tone curve"},
+     .label = "tone", .where = ALL | VIEW_NEED_TONE | VIEW_NEED_CURVE,
+     .key = 't', .back = 'T'},
+    {{"false-colour", 0, ON(false_colour),
+      .help = "luminance in false colours instead"},
+     .label = "false colours", .where = ALL | VIEW_NEED_TONE, .key = 'v'},
+};
+/* clang-format on */
+
+const ibl_section *const view_control_sections[] = {
+    IBL_SECTION("What is shown", shown),
+    IBL_SECTION("Materials", materials),
+    IBL_SECTION("Light", light),
+    IBL_SECTION("Reflection", reflection),
+    IBL_SECTION("Comparison", compare),
+    IBL_SECTION("Scene", probes),
+    IBL_SECTION("Camera", camera),
+    IBL_SECTION("Display", display),
+    NULL};
+
+const view_control *view_control_at(int i)
+{
+    static const ibl_command all = {.sections = view_control_sections};
+
+    return (const view_control *)ibl_option_at(&all, i);
+}
+
+/* ---- where rows change something ----------------------------------------- */
+
+static const char *const needs[VIEW_NEEDS] = {
+    "linear floats have none: write a .png",
+    "false colours have none: leave --false-colour out",
+    "compares: add --compare",
+    "is of --compare split",
+    "is of --compare difference",
+    "the model has its own: add --override material",
+    "is of a model: add --model",
+    "the file's camera has its own: leave --file-camera out",
+    "is of --background blur",
+    "is of --background level",
+    "is of --background colour",
+    "is of local probes: add --probes or --probe-set",
+    "is of --probe-choice nearest-k",
+    "only in a window: a picture captures all at once",
+    "the Fresnel of roughness has none: leave --rough-fresnel out",
+    "are those of the set: leave --probe-set out"};
+
+unsigned view_facts(const view_settings *s, bool model, bool probe_set,
+                    const char *file)
+{
+    const bool facts[VIEW_NEEDS] = {!file || !view_picture_is_linear(file),
+                                    !s->false_colour,
+                                    s->compare != VIEW_ALONE,
+                                    s->compare == VIEW_SPLIT,
+                                    s->compare == VIEW_DIFFERENCE,
+                                    s->mode != VIEW_MODEL || !model ||
+                                        s->override == VIEW_MATERIAL,
+                                    model,
+                                    s->mode != VIEW_MODEL || !s->file_camera,
+                                    s->background == VIEW_BACKGROUND_BLUR,
+                                    s->background == VIEW_BACKGROUND_LEVEL,
+                                    s->background == VIEW_BACKGROUND_COLOUR,
+                                    s->probes > 0 || probe_set,
+                                    s->probe_choice == VIEW_PROBES_NEAREST_K,
+                                    !file,
+                                    !s->rough_fresnel,
+                                    !probe_set};
+    unsigned bits = 1u << s->mode;
+
+    for (int i = 0; i < VIEW_NEEDS; i++)
+        bits |= facts[i] ? (unsigned)VIEW_NEED << i : 0;
+    return bits;
+}
+
+const char *view_control_why(const view_control *c, unsigned facts)
+{
+    static char text[160];
+    const unsigned modes = c->where & VIEW_IN_ALL;
+    const unsigned lack = c->where & ~(facts | VIEW_OF_SIDE | VIEW_IN_ALL);
+    int left = 0;
+
+    for (int i = 0; i < VIEW_NEEDS && modes & facts; i++)
+        if (lack & (unsigned)VIEW_NEED << i)
+            return needs[i];
+    if (modes & facts)
+        return NULL;
+    for (int i = 0; i < VIEW_MODES; i++)
+        left += modes >> i & 1;
+    snprintf(text, sizeof text, "is of --mode ");
+    for (int i = 0; i < VIEW_MODES; i++)
+        if (modes >> i & 1) {
+            const size_t used = strlen(text);
+            left--;
+            snprintf(text + used, sizeof text - used, "%s%s",
+                     view_mode_names[i],
+                     left > 1 ? ", "
+                     : left   ? " and "
+                              : "");
+        }
+    return text;
+}
+
+/* ---- values -------------------------------------------------------------- */
+
+void *view_control_field(const view_control *c, view_settings *s)
+{
+    return (char *)s + c->option.offset;
+}
+
+static int count_of(const view_control *c)
+{
+    int n = 0;
+
+    while (c->option.choices[n])
+        n++;
+    return n;
+}
+
+void view_control_step(const view_control *c, view_settings *s, int step)
+{
+    void *field = view_control_field(c, s);
+    const ibl_option *o = &c->option;
+    int *n = field;
+    double *x = field;
+
+    if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF)
+        *(bool *)field = !*(bool *)field;
+    else if (o->kind == IBL_OPTION_CHOICE)
+        *n = (*n + step + count_of(c)) % count_of(c);
+    else if (o->kind == IBL_OPTION_INT)
+        *n = (int)fmin(fmax(*n + step, o->low), o->high);
+    else
+        *x = fmin(
+            fmax(c->step > 0 ? *x + step * c->step : *x * exp2(step), o->low),
+            o->high);
+}
+
+void view_control_text(const view_control *c, const view_settings *s,
+                       char text[80])
+{
+    view_settings of = *s;
+    const void *field = view_control_field(c, &of);
+    const int *n = field;
+    const double *x = field;
+
+    if (c->option.kind == IBL_OPTION_ON || c->option.kind == IBL_OPTION_OFF)
+        snprintf(text, 80, "%s", *(const bool *)field ? "on" : "off");
+    else if (c->option.kind == IBL_OPTION_CHOICE)
+        snprintf(text, 80, "%s", c->option.choices[*n]);
+    else if (c->option.kind == IBL_OPTION_INT || c->shape == VIEW_DOUBLED)
+        snprintf(text, 80, "%d", *n);
+    else if (c->shape == VIEW_TWO_INTS)
+        snprintf(text, 80, "%d, %d", n[0], n[1]);
+    else if (c->shape == VIEW_AS_OPTION)
+        snprintf(text, 80, "%.4g", *x);
+    else
+        snprintf(text, 80, "%.3g, %.3g", x[0], x[1]);
+}
+
+static size_t bytes_of(const view_control *c)
+{
+    static const size_t shaped[] = {[VIEW_TWO_INTS] = 2 * sizeof(int),
+                                    [VIEW_TWO_REALS] = 2 * sizeof(double),
+                                    [VIEW_COLOUR3] = 3 * sizeof(double),
+                                    [VIEW_DOUBLED] = sizeof(int)};
+    const ibl_option_kind kind = c->option.kind;
+
+    return c->shape                                          ? shaped[c->shape]
+           : kind == IBL_OPTION_ON || kind == IBL_OPTION_OFF ? sizeof(bool)
+           : kind == IBL_OPTION_REAL                         ? sizeof(double)
+                                                             : sizeof(int);
+}
+
+void view_controls_share(const view_settings *from, view_settings *to)
+{
+    view_settings shared = *from;
+
+    for (int i = 0; view_control_at(i); i++) {
+        const view_control *c = view_control_at(i);
+        if (c->where & VIEW_OF_SIDE)
+            memcpy(view_control_field(c, &shared), view_control_field(c, to),
+                   bytes_of(c));
+    }
+    *to = shared;
+}
+
+/* ---- keys ---------------------------------------------------------------- */
+
+const view_action view_actions[] = {
+    {"Comparison", "C", "compare with the present state: both sides are alike",
+     'C', 0, VIEW_COPY_SIDE},
+    {"Comparison", "Tab", "change the other side", NAMED(TAB), 0,
+     VIEW_OTHER_SIDE},
+    {"Camera", "Right Left", "camera round, or map sideways; mouse: drag",
+     NAMED(RIGHT), NAMED(LEFT), VIEW_MOVE_ACROSS},
+    {"Camera", "Up Down", "camera or map up, down", NAMED(UP), NAMED(DOWN),
+     VIEW_MOVE_UP},
+    {"Camera", "+ -", "nearer, farther; mouse: wheel", '+', '-', VIEW_APPROACH},
+    {"Scene", "Space", "stop the time, let it go on", ' ', 0, VIEW_PAUSE},
+    {"Display", "y", "exposure that makes the mean grey", 'y', 0, VIEW_EXPOSE},
+    {"Window", "0", "all as it was in the beginning", '0', 0, VIEW_RESET},
+    {"Window", "Home", "the same", NAMED(HOME), 0, VIEW_RESET},
+    {"Window", "/", "files that can be opened", '/', 0, VIEW_LIST_FILES},
+    {"Window", "PageDown PageUp", "next file of the folder, the one before",
+     NAMED(PAGE_DOWN), NAMED(PAGE_UP), VIEW_STEP_FILE},
+    {"Window", "F5", "read the files again", NAMED(F5), 0, VIEW_OPEN_AGAIN},
+    {"Window", "p", "write iblview-NNN.png", 'p', 0, VIEW_WRITE_PICTURE},
+    {"Window", "P", "controls", 'P', 0, VIEW_SHOW_PANEL},
+    {"Window", "?", "this list", '?', 0, VIEW_SHOW_KEYS},
+    {"Window", "F11", "whole screen", NAMED(F11), 0, VIEW_FILL_SCREEN},
+    {"Window", "Escape", "close what is open", NAMED(ESCAPE), 0, VIEW_CLOSE},
+    {"Window", "q", "quit", 'q', 0, VIEW_QUIT},
+    {.title = NULL}};
+
+bool view_key_line_at(int i, view_key_line *line)
+{
+    const ibl_section *section;
+    int n = 0;
+
+    do {
+        section = view_control_sections[n++];
+        line->title = section ? section->title : "Window";
+        for (int k = 0; section && k < section->count; k++) {
+            const view_control *c = (const void *)ibl_section_at(section, k);
+            if (!c->key || i-- > 0)
+                continue;
+            snprintf(line->what, sizeof line->what, "%s", c->label);
+            for (int m = 0; c->option.choices && c->option.choices[m] &&
+                            c->option.choices != view_material_names;
+                 m++)
+                view_add(line->what, sizeof line->what, "%s %s", m ? "," : ":",
+                         c->option.choices[m]);
+            snprintf(line->keys, sizeof line->keys, c->back ? "%c %c" : "%c",
+                     c->key, c->back);
+            return true;
+        }
+        for (const view_action *a = view_actions; a->title; a++) {
+            if (strcmp(a->title, line->title) || i-- > 0)
+                continue;
+            snprintf(line->what, sizeof line->what, "%s", a->what);
+            snprintf(line->keys, sizeof line->keys, "%s", a->keys);
+            return true;
+        }
+    } while (section);
+    return false;
+}
+
+void view_print_keys(FILE *to)
+{
+    view_key_line line;
+    const char *title = "";
+
+    for (int i = 0; view_key_line_at(i, &line); i++) {
+        if (strcmp(title, line.title) != 0)
+            fprintf(to, "%s%s:\n", *title ? "\n" : "", line.title);
+        title = line.title;
+        fprintf(to, "  %-15s %s\n", line.keys, line.what);
+    }
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: MIT */
+/* What can be changed in a view: the command line, keys and the panel are made
+ * from one table, with a row for each setting. */
+#ifndef VIEW_CONTROLS_H
+#define VIEW_CONTROLS_H
+
+#include "common/option.h"
+#include "view/settings.h"
+
+/* Where a row changes the picture: in one of these modes, */
+enum {
+    VIEW_IN_SPHERES = 1 << VIEW_SPHERES,
+    VIEW_IN_MODEL = 1 << VIEW_MODEL,
+    VIEW_IN_SCENE = 1 << VIEW_SCENE,
+    VIEW_IN_LEVELS = 1 << VIEW_LEVELS,
+    VIEW_IN_IRRADIANCE = 1 << VIEW_IRRADIANCE_MAP,
+    VIEW_IN_TABLE = 1 << VIEW_TABLE,
+    VIEW_IN_MAP = 1 << VIEW_SOURCE_MAP,
+    VIEW_IN_ALL = (1 << VIEW_MODES) - 1,
+    VIEW_IN_LIT = VIEW_IN_SPHERES | VIEW_IN_MODEL,
+    VIEW_IN_FLAT = VIEW_IN_ALL & ~(VIEW_IN_LIT | VIEW_IN_SCENE),
+    /* and only if all of these facts hold: */
+    VIEW_NEED = 1 << VIEW_MODES,
+    VIEW_NEED_TONE = VIEW_NEED,            /* no linear floats are written */
+    VIEW_NEED_CURVE = VIEW_NEED << 1,      /* no false colours */
+    VIEW_NEED_COMPARE = VIEW_NEED << 2,    /* two states are compared */
+    VIEW_NEED_SPLIT = VIEW_NEED << 3,      /* side by side */
+    VIEW_NEED_DIFFERENCE = VIEW_NEED << 4, /* by their difference */
+    VIEW_NEED_MATERIAL = VIEW_NEED << 5,   /* the material is shown */
+    VIEW_NEED_FILE = VIEW_NEED << 6,       /* a model of a file is shown */
+    VIEW_NEED_ORBIT = VIEW_NEED << 7,      /* not by the file's camera */
+    VIEW_NEED_BLUR = VIEW_NEED << 8,       /* a background of that kind */
+    VIEW_NEED_LEVEL = VIEW_NEED << 9,      /* the same */
+    VIEW_NEED_COLOUR = VIEW_NEED << 10,    /* the same */
+    VIEW_NEED_PROBES = VIEW_NEED << 11,    /* there are local probes */
+    VIEW_NEED_K = VIEW_NEED << 12,         /* the nearest few light a point */
+    VIEW_NEED_WINDOW = VIEW_NEED << 13,    /* no picture is written */
+    VIEW_NEED_PLAIN = VIEW_NEED << 14,     /* no Fresnel of roughness */
+    VIEW_NEED_OWN = VIEW_NEED << 15,       /* no set of probes */
+    VIEW_NEEDS = 16,
+    /* It may differ between two states that are compared. */
+    VIEW_OF_SIDE = VIEW_NEED << VIEW_NEEDS
+};
+
+/* How the panel shows what ibl_option.parse reads. */
+typedef enum view_shape {
+    VIEW_AS_OPTION, /* by ibl_option.kind */
+    VIEW_TWO_INTS,
+    VIEW_TWO_REALS,
+    VIEW_COLOUR3,
+    VIEW_DOUBLED /* an int, a power of two */
+} view_shape;
+
+/* A key is a printable character or, above Unicode, a code of GLFW. */
+#define VIEW_KEY(code) (0x110000 + (code))
+#define VIEW_KEY_BACK_TAB VIEW_KEY(0) /* with Shift */
+
+typedef struct view_control {
+    ibl_option option; /* its offset is that in view_settings */
+    const char *label; /* on the panel and in messages */
+    unsigned where;    /* bits of the above */
+    int key, back;     /* the next value, the one before; 0: none */
+    double step;       /* that a key adds to a real; 0: it doubles it */
+    double slide[2];   /* ends of the slider; both 0: the option's limits */
+    view_shape shape;
+} view_control;
+
+/* Those of view_materials. */
+extern const char *const view_material_names[];
+
+/* Rows under the headings of --help and the panel; ended by NULL. */
+extern const ibl_section *const view_control_sections[];
+/* Row number i of all sections; NULL: there are fewer. */
+const view_control *view_control_at(int i);
+
+/* What holds of a state, for `where`.
+ *   other   what it is compared with, or NULL
+ *   model   a model of a file is there
+ *   probes  so is a set of probes
+ *   file    a picture that is written, or NULL */
+unsigned view_facts(const view_settings *s, bool model, bool probes,
+                    const char *file);
+/* Why a row changes nothing, and what to do; NULL: it does. */
+const char *view_control_why(const view_control *c, unsigned facts);
+
+/* What keys do besides. */
+typedef enum view_act {
+    VIEW_COPY_SIDE,
+    VIEW_OTHER_SIDE,
+    VIEW_MOVE_ACROSS,
+    VIEW_MOVE_UP,
+    VIEW_APPROACH,
+    VIEW_PAUSE,
+    VIEW_EXPOSE,
+    VIEW_RESET,
+    VIEW_LIST_FILES,
+    VIEW_STEP_FILE,
+    VIEW_OPEN_AGAIN,
+    VIEW_WRITE_PICTURE,
+    VIEW_SHOW_PANEL,
+    VIEW_SHOW_KEYS,
+    VIEW_FILL_SCREEN,
+    VIEW_CLOSE,
+    VIEW_QUIT
+} view_act;
+
+typedef struct view_action {
+    const char *title, *keys, *what; /* in the list of keys */
+    int key, back;                   /* 0: none */
+    view_act act;
+} view_action;
+extern const view_action view_actions[]; /* ended by a NULL title */
+
+/* A line of the list of keys. */
+typedef struct view_key_line {
+    const char *title; /* heading that it is under */
+    char keys[32], what[120];
+} view_key_line;
+bool view_key_line_at(int i, view_key_line *line); /* false: there are fewer */
+/* Prints the list for --keys. */
+void view_print_keys(FILE *to);
+
+void *view_control_field(const view_control *c, view_settings *s);
+/* Changes a setting as its key does, step 1, or the other one, -1. */
+void view_control_step(const view_control *c, view_settings *s, int step);
+/* Its value in words. */
+void view_control_text(const view_control *c, const view_settings *s,
+                       char text[80]);
+/* Gives `to` all of `from` but what may differ between states. */
+void view_controls_share(const view_settings *from, view_settings *to);
+
+#endif

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// Light of the room's probes, which are layers of cube arrays. The environment
+// gets the weight that they leave: ibl_probes_blend of ibl/probes.h with any
+// number of probes; or the nearest local ones count by their distance.
+#include "room.glsl"
+#include "light.glsl"
+#include "probes.glsl"
+
+#ifdef PROBES
+uniform samplerBuffer probe_buffer;
+uniform samplerCubeArray local_specular;
+uniform samplerCubeArray local_irradiance;
+uniform samplerCubeArray dynamic_specular;
+uniform samplerCubeArray dynamic_irradiance;
+
+// Light of probes so far. rgb: the sum; a: the weight that is left, of 1.
+struct probe_light {
+    vec3 towards; // the middle of the lobe
+    float level;  // its roughness in cubes
+    vec4 specular, light;
+};
+
+// Adds what a probe sees.
+void take(inout vec4 sum, vec4 seen, float influence)
+{
+    float share = min(influence * min(seen.a, 1.0), sum.a);
+    if (share > 0.0)
+        sum += vec4(share / seen.a * seen.rgb, -share);
+}
+
+// How far the way from a point leads through box i; below 0: it does not. No
+// component of way is 0.
+float through(int i, vec3 from, vec3 way)
+{
+    vec3 a = (boxes[2 * i].xyz - from) / way;
+    vec3 b = (boxes[2 * i + 1].xyz - from) / way;
+    vec3 low = min(a, b), high = max(a, b);
+    float enter = max(max(low.x, low.y), max(low.z, 0.0));
+    float leave = min(min(high.x, high.y), min(high.z, 1.0));
+    return (leave - enter) * length(way);
+}
+
+// The part of a light in direction l (unit) that is seen. Edges of shadows are
+// as wide as about a pixel.
+float lit_from(surface s, vec3 l)
+{
+    const float beyond = 100.0, edge = 0.005;
+    // Triangles of spheres are up to 0.001 below them.
+    vec3 from = s.position + 0.003 * s.normal, way = beyond * l;
+    float free = 1.0;
+
+    way += vec3(equal(way, vec3(0.0))) * 1e-6;
+    for (int i = 0; i < hiding.x; i++)
+        free *= 1.0 - smoothstep(0.0, 2.0 * edge, through(i, from, way));
+    for (int i = 0; i < hiding.y; i++) {
+        vec3 to = spheres[i].xyz - from;
+        float along = dot(to, l), r = spheres[i].w;
+        float miss = sqrt(max(dot(to, to) - along * along, 0.0));
+        if (along > 0.0)
+            free *= smoothstep(r - edge, r + edge, miss);
+    }
+    return free;
+}
+
+// view_room_hue of view/room.h.
+vec3 hue_of(int i)
+{
+    vec3 turns = fract(0.618033988749895 * float(i) +
+                       vec3(0.0, 2.0, 1.0) / 3.0);
+    return i == order.y ? vec3(1.0)
+                               : clamp(abs(6.0 * turns - 3.0) - 1.0, 0.0, 1.0);
+}
+
+void add_probe(surface s, int i, float influence, inout probe_light b)
+{
+    ibl_probe probe = ibl_probe_fetch(probe_buffer, i);
+    vec4 normal = vec4(s.normal, probe.layer), lookup, seen, light;
+    lookup.w = normal.w;
+    ibl_probe_parallax(probe, s.position, b.towards, lookup.xyz);
+    if (i < order.y) {
+        seen = textureLod(local_specular, lookup, ibl_lod(local_lod, b.level));
+        light = textureLod(local_irradiance, normal, 0.0);
+        light.rgb *= scales.x;
+    } else {
+        seen = textureLod(dynamic_specular, lookup,
+                          ibl_lod(dynamic_lod, b.level));
+        light = textureLod(dynamic_irradiance, normal, 0.0);
+        light.rgb *= scales.y;
+    }
+    if (order.w != 0)
+        light.rgb = light.a * hue_of(i);
+    take(b.specular, seen, influence);
+    take(b.light, light, influence);
+}
+
+float distance_to(int i, vec3 point)
+{
+    return max(distance(texelFetch(probe_buffer, ibl_probe_texels * i + 4).xyz,
+                        point),
+               1e-6);
+}
+
+// Of the nearest local probes: how far they are, and the sum of the inverse
+// distances.
+vec2 nearest_reach(vec3 point)
+{
+    vec2 r = vec2(0.0);
+
+    for (int n = 0; n < order.z; n++) {
+        float next = 1e30;
+        for (int i = 0; i < order.y; i++) {
+            float away = distance_to(i, point);
+            next = away > r.x ? min(next, away) : next;
+        }
+        r.x = 1.000001 * next;
+    }
+    for (int i = 0; i < order.y && order.z > 0; i++) {
+        float away = distance_to(i, point);
+        r.y += away <= r.x ? 1.0 / away : 0.0;
+    }
+    return r;
+}
+
+// The weight of a probe before its alpha; the dynamic one's index is the last.
+// scale: of the nearest, the weight that is left to them.
+float weight_of(int i, vec3 point, vec2 nearest, float scale)
+{
+    if (i == order.y ? hiding.z == 0 : order.z > 0) {
+        float away = distance_to(i, point);
+        return i < order.y && away <= nearest.x ? scale / away / nearest.y
+                                                : 0.0;
+    }
+    vec4 first = texelFetch(probe_buffer, ibl_probe_texels * i);
+    vec4 second = texelFetch(probe_buffer, ibl_probe_texels * i + 1);
+    return ibl_volume_influence(ibl_volume_unpack(first, second), first.w,
+                                point);
+}
+
+// Adds probes in order until no weight is left.
+void add_probes(surface s, inout probe_light b)
+{
+    vec2 nearest = nearest_reach(s.position);
+    float scale = 1.0;
+
+    for (int n = 0; b.specular.a > 0.0 || b.light.a > 0.0; n++) {
+        float weight = 0.0;
+        int i = 0;
+        // Software runs all of a loop's body for each probe: this one is short.
+        for (; n <= order.y; n++) {
+            i = n < order.x ? n : n == order.x ? order.y : n - 1;
+            weight = weight_of(i, s.position, nearest, scale);
+            if (weight > 0.0)
+                break;
+        }
+        if (weight <= 0.0)
+            break;
+        add_probe(s, i, weight, b);
+        if (i == order.y)
+            scale = b.light.a;
+    }
+}
+
+void light_by_probes(surface s, out vec3 specular, out vec3 light)
+{
+    // Each cube has a chain of its own: the level of this one is the roughness.
+    const vec4 chain = vec4(1.0, 0.0, 1.0, 0.0);
+    const vec4 none = vec4(0.0, 0.0, 0.0, 1.0);
+    ibl_lobe q = REFLECTION == FIT
+                     ? ibl_lobe_fit(s.n_v, s.roughness,
+                                    ibl_metallic(s.f0, s.rg), chain)
+                     : ibl_lobe_split(s.roughness, chain);
+    probe_light b = probe_light(
+        normalize(mix(reflect(-s.view, s.normal), s.normal, q.bend)), q.lod,
+        none, none);
+    add_probes(s, b);
+    vec4 seen = b.specular;
+    light = b.light.rgb;
+    if (seen.a > 0.0)
+        seen.rgb += seen.a * textureLod(specular_map, turned(b.towards),
+                                        ibl_lod(lod, q.lod)).rgb;
+    if (b.light.a > 0.0)
+        light += b.light.a * (order.w != 0 ? vec3(0.2) : irradiance(s.normal));
+    specular = specular_factor(s) * mix(seen.rgb, light, q.diffuse);
+}
+
+// As add_lights, of the discs alone, with shadows.
+void add_room_lights(surface s, int discs, inout vec3 specular,
+                     inout vec3 light)
+{
+    for (int i = 0; i < discs && order.w == 0; i++) {
+        vec3 l = turned_back(disc_direction[i].xyz);
+        if (dot(s.normal, l) > 0.0)
+            ibl_add_light(s.normal, s.view, s.f0, s.roughness, l,
+                          disc_direction[i].w,
+                          lit_from(s, l) * disc_irradiance[i].rgb, specular,
+                          light);
+    }
+}
+#endif

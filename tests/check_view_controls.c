@@ -1,0 +1,523 @@
+/* SPDX-License-Identifier: MIT */
+/* Settings by the command line, keys and panel: each row of the table changes
+ * the picture where it says so and is refused elsewhere; labels stand beside
+ * the picture. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "sets.h"
+#include "test.h"
+#include "view.h"
+#include "view/gl.h"
+#include "view/key_bindings.h"
+#include "view/labels.h"
+#include "view/ui.h"
+
+enum {
+    WIDTH = 72,
+    HEIGHT = 48,
+    PIXELS = WIDTH * HEIGHT
+};
+
+static struct {
+    view_renderer *renderer;
+    view_model *model;
+    baked_set set;
+} on;
+
+/* ---- what is drawn ------------------------------------------------------- */
+
+static void end(void *unused)
+{
+    (void)unused;
+    view_renderer_free(on.renderer);
+    view_model_free(on.model);
+}
+
+/* A square and a camera that sees it from the side. */
+static const char model[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]"
+    "}],\"nodes\":[{\"mesh\":0},{\"camera\":0,\"translation\":[0.5,0,3]}],"
+    "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.9,"
+    "\"znear\":0.1}}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+    "\"POSITION\":0}}]}],\"buffers\":[{\"byteLength\":72,\"uri\":\"data:"
+    "application/octet-stream;base64,"
+    "AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAPwAAgD8AAAAAAACAvwAAgL8AAAAAAACAPwAAgD"
+    "8AAAAAAACAvwAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":"
+    "72"
+    "}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,"
+    "\"type\":\"VEC3\",\"min\":[-1,-1,0],\"max\":[1,1,0]}]}";
+
+static void begin(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    const char *path = test_text("%s/square.gltf", test_dir());
+    ibl_scene scene;
+
+    NEED(sets_bake("controls", "--lobe-table prior --lights 1"));
+    sets_open(ctx, "controls", &on.set);
+    view_test_begin(WIDTH, HEIGHT);
+    on.renderer = view_renderer_create();
+    on.model = NULL;
+    test_defer(end, NULL);
+    NEED(on.renderer && view_renderer_load(on.renderer, &on.set));
+    FILE *f = fopen(path, "w");
+    NEED(f && fputs(model, f) >= 0 && !fclose(f));
+    NEED(!ibl_scene_read(ctx, path, false, &scene));
+    on.model = view_model_create(ctx, &scene, path);
+    ibl_scene_free(&scene);
+    NEED(on.model);
+}
+
+/* Framebuffer 0, to be freed. */
+static unsigned char *draw(const view_settings *a, const view_settings *b)
+{
+    const view_settings side[2] = {*a, *b};
+
+    view_renderer_restart(on.renderer);
+    for (int i = 0; i < view_places(a); i++)
+        NEED(view_renderer_draw(on.renderer, side,
+                                &(view_area){0, 0, WIDTH, HEIGHT}));
+    return view_picture_read(0, WIDTH, HEIGHT, 4);
+}
+
+/* What a row needs besides its mode. */
+static void prepare(view_settings *s, const view_control *c, int mode)
+{
+    *s = view_settings_default();
+    s->mode = (view_mode)mode;
+    s->probe_size = 16;
+    s->rows = s->columns = 3;
+    s->light_count = 1;
+    if (c->where & VIEW_NEED_DIFFERENCE)
+        s->compare = VIEW_DIFFERENCE;
+    else if (c->where & (VIEW_NEED_COMPARE | VIEW_NEED_SPLIT))
+        s->compare = VIEW_SPLIT;
+    if (c->where & VIEW_NEED_BLUR)
+        s->background = VIEW_BACKGROUND_BLUR;
+    if (c->where & VIEW_NEED_LEVEL)
+        s->background = VIEW_BACKGROUND_LEVEL;
+    if (c->where & VIEW_NEED_COLOUR)
+        s->background = VIEW_BACKGROUND_COLOUR;
+    if (c->where & VIEW_NEED_PROBES)
+        s->probes = 4;
+    if (c->where & VIEW_NEED_K)
+        s->probe_choice = VIEW_PROBES_NEAREST_K;
+    if (!strcmp(c->option.name, "probe-choice"))
+        s->probes = 9;
+}
+
+/* Another value of a setting; false: there are no more. */
+static bool vary(const view_control *c, view_settings *s, int turn)
+{
+    static const struct {
+        const char *name;
+        double value[3];
+    } reals[] = {{"zoom", {2}},
+                 {"pan", {0.2, 0.1}},
+                 {"metallic", {1, 0.5}},
+                 {"roughness", {0.3, 0.9}},
+                 {"turn", {40}},
+                 {"split", {0.3}},
+                 {"gain", {100}},
+                 {"seconds", {3}},
+                 {"yaw", {20}},
+                 {"pitch", {30}},
+                 {"distance", {2.5}},
+                 {"fov", {50}},
+                 {"blur", {0.5}},
+                 {"ev", {1}},
+                 {"colour", {0.2, 0.6, 0.1}}};
+    void *field = view_control_field(c, s);
+    int *n = field;
+
+    if (c->option.kind == IBL_OPTION_CHOICE) {
+        for (int i = 0; i <= turn; i++)
+            view_control_step(c, s, 1);
+        return c->option.choices[turn + 1];
+    }
+    if (turn)
+        return false;
+    if (c->shape == VIEW_TWO_INTS)
+        n[0] = 2, n[1] = 4;
+    else if (c->shape == VIEW_DOUBLED)
+        *n = 32;
+    else if (!strcmp(c->option.name, "nearest"))
+        *n = 1;
+    else if (!strcmp(c->option.name, "reference"))
+        s->reflection = VIEW_REFERENCE;
+    else if (c->option.kind == IBL_OPTION_REAL || c->shape) {
+        for (size_t i = 0; i < sizeof reals / sizeof *reals; i++)
+            if (!strcmp(reals[i].name, c->option.name)) {
+                memcpy(field, reals[i].value,
+                       c->shape == VIEW_COLOUR3     ? 3 * sizeof(double)
+                       : c->shape == VIEW_TWO_REALS ? 2 * sizeof(double)
+                                                    : sizeof(double));
+                return true;
+            }
+        CHECK_MSG(false, "%s: no value", c->option.name);
+    } else
+        view_control_step(c, s, 1);
+    return true;
+}
+
+static bool is_changed(const view_control *c, int mode)
+{
+    view_settings before, other;
+    bool changed = false;
+
+    prepare(&before, c, mode);
+    other = before;
+    other.background = VIEW_BACKGROUND_COLOUR;
+    other.level = 2;
+    other.diffuse = VIEW_DIFFUSE_SH;
+    other.reflection = VIEW_FIT;
+    other.parallax = VIEW_PARALLAX_NONE;
+    unsigned char *from = draw(&before, &other);
+    for (int turn = 0; !changed; turn++) {
+        view_settings s = before;
+        if (!vary(c, &s, turn))
+            break;
+        unsigned char *to = draw(&s, &other);
+        changed = memcmp(from, to, 4 * PIXELS) != 0;
+        free(to);
+    }
+    free(from);
+    return changed;
+}
+
+TEST(each_setting_changes_the_picture)
+{
+    const view_control *c;
+
+    begin();
+    for (int i = 0; (c = view_control_at(i)); i++)
+        for (int mode = 0; mode < VIEW_MODES; mode++) {
+            const bool file = c->where & VIEW_NEED_FILE;
+            if (!(c->where >> mode & 1) || c->where & VIEW_NEED_WINDOW ||
+                !strcmp(c->option.name, "array-layer") ||
+                ((mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP) &&
+                 !(c->where & ~(VIEW_IN_ALL | VIEW_NEED_SPLIT |
+                                VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE)) &&
+                 c->where & (VIEW_NEED_SPLIT | VIEW_NEED_DIFFERENCE)))
+                continue;
+            view_renderer_model(on.renderer, file ? on.model : NULL);
+            if (getenv("DBG"))
+                fprintf(stderr, "%s %s\n", c->option.name,
+                        view_mode_names[mode]);
+            CHECK_MSG(is_changed(c, mode), "--%s changes nothing in %s",
+                      c->option.name, view_mode_names[mode]);
+        }
+}
+
+/* ---- the command line ---------------------------------------------------- */
+
+/* "--NAME VALUE" as words. */
+static int words_of(const view_control *c, char *words[2])
+{
+    static char value[64];
+    const ibl_option *o = &c->option;
+    static const char *const others[][2] = {
+        {"grid", "2x3"},      {"pan", "0.1,0.1"},   {"metallic", "0:0.5"},
+        {"roughness", "0:1"}, {"probe-size", "64"}, {"colour", "1,0,0"}};
+
+    words[0] = (char *)test_text("--%s", o->name);
+    if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF || !o->value)
+        return 1;
+    snprintf(value, sizeof value, "%s",
+             o->kind == IBL_OPTION_CHOICE ? o->choices[1] : "1");
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        if (!strcmp(others[i][0], o->name))
+            snprintf(value, sizeof value, "%s", others[i][1]);
+    words[1] = value;
+    return 2;
+}
+
+TEST(others_are_refused)
+{
+    static char name[] = "map", picture[] = "--offscreen", png[] = "x.png",
+                mode[] = "--mode";
+    const view_control *c;
+
+    for (int i = 1; (c = view_control_at(i)); i++)
+        for (int m = 0; m < VIEW_MODES; m++) {
+            char *words[9] = {name, picture, png, mode,
+                              (char *)view_mode_names[m]};
+            view_options o;
+            int status;
+            words_of(c, words + 5);
+            view_test_catch();
+            const bool ok = view_options_parse(words, &o, &status);
+            const char *said = view_test_caught();
+            CHECK_MSG(ok || (status == 2 && sets_lines(said) == 1 &&
+                             strstr(said, "--")),
+                      "--%s in %s: %s", c->option.name, view_mode_names[m],
+                      said);
+            CHECK_MSG(c->where >> m & 1 ? true : !ok, "--%s is taken in %s",
+                      c->option.name, view_mode_names[m]);
+            CHECK_MSG(ok || !(c->where >> m & 1) || c->where >> VIEW_MODES ||
+                          !strcmp(c->option.name, "compare"),
+                      "--%s in %s: %s", c->option.name, view_mode_names[m],
+                      said);
+        }
+}
+
+/* ---- keys ---------------------------------------------------------------- */
+
+/* A key changes its own setting and says so, or says why not; the other one
+ * takes it back. */
+TEST(keys_change_one_setting)
+{
+    view_options options;
+    view_app app;
+    const view_control *c;
+
+    view_test_app(&app, &options, 320, 240);
+    for (int i = 0; (c = view_control_at(i)); i++)
+        for (int mode = 0; mode < VIEW_MODES && c->key; mode++) {
+            app.side[0] = app.side[1] = options.settings;
+            app.side[0].mode = (view_mode)mode;
+            app.side[0].compare = VIEW_SPLIT;
+            view_app_fit(&app);
+            const view_settings before = app.side[0];
+            view_settings undone = before;
+            const char *why = view_control_why(c, view_app_facts(&app));
+            app.notice[0] = '\0';
+            view_keys_press(&app, c->key);
+            CHECK(app.notice[0]);
+            const bool changed =
+                memcmp(&before, &app.side[0], sizeof before) != 0;
+            CHECK_MSG(!why == changed || !strcmp(c->option.name, "array-layer"),
+                      "%c in %s: %s", c->key, view_mode_names[mode],
+                      app.notice);
+            if (why || !c->back || c->option.kind == IBL_OPTION_INT)
+                continue;
+            view_keys_press(&app, c->back);
+            undone.split = app.side[0].split;
+            CHECK_MSG(!memcmp(&undone, &app.side[0], sizeof undone),
+                      "%c and %c in %s", c->key, c->back,
+                      view_mode_names[mode]);
+        }
+}
+
+TEST(materials_have_their_names)
+{
+    for (int i = 0; i < VIEW_MATERIALS; i++)
+        CHECK(!strcmp(view_material_names[i], view_materials[i].name));
+}
+
+TEST(keys_are_listed_once)
+{
+    view_key_line line;
+    char seen[4096] = "";
+    int count = 0;
+
+    for (; view_key_line_at(count, &line); count++) {
+        CHECK(*line.title && *line.what);
+        for (const char *k = line.keys; k && *k; k += strcspn(k, " ")) {
+            k += *k == ' ';
+            const char *key = test_text("|%.*s|", (int)strcspn(k, " "), k);
+            CHECK_MSG(!strstr(seen, key), "%s twice", key);
+            strcat(seen, key);
+        }
+    }
+    CHECK(count > 40);
+}
+
+/* Escape closes what is open, and never quits; q quits. */
+TEST(escape_closes)
+{
+    view_options options;
+    view_app app;
+
+    view_test_app(&app, &options, 320, 240);
+    view_keys_press(&app, '?');
+    view_keys_press(&app, 'P');
+    CHECK(app.help && app.panel);
+    view_keys_press(&app, VIEW_KEY(256));
+    CHECK(!app.help && app.panel);
+    for (int i = 0; i < 3; i++)
+        view_keys_press(&app, VIEW_KEY(256));
+    CHECK(!app.panel && !app.quit);
+    view_keys_press(&app, 'q');
+    CHECK(app.quit);
+}
+
+/* What both sides share follows the first; the rest stays of each. */
+TEST(sides_differ_only_where_they_may)
+{
+    view_options options;
+    view_app app;
+
+    view_test_app(&app, &options, 320, 240);
+    view_keys_press(&app, 'C');
+    CHECK(app.side[0].compare == VIEW_SPLIT && app.edited == 1);
+    view_keys_press(&app, 'r');
+    CHECK(app.side[0].reflection == VIEW_SPLIT_SUM &&
+          app.side[1].reflection == VIEW_FIT);
+    view_keys_press(&app, 'e');
+    CHECK(app.side[0].ev == 0.25 && app.side[1].ev == 0.25);
+    view_keys_press(&app, VIEW_KEY(268));
+    CHECK(app.side[0].compare == VIEW_ALONE && app.side[1].ev == 0);
+}
+
+/* ---- the user interface ---------------------------------------------------
+ */
+
+static void free_ui(void *unused)
+{
+    (void)unused;
+    view_ui_free();
+}
+
+static void begin_ui(int width, int height)
+{
+    view_test_begin(width, height);
+    test_defer(free_ui, NULL);
+    NEED(view_ui_make(1));
+    gl.ClearColor(0, 0, 0, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+}
+
+TEST(text_stays_in_its_box)
+{
+    enum {
+        W = 320,
+        H = 80
+    };
+    double w, h;
+    int ink = 0, outside = 0;
+
+    begin_ui(W, H);
+    view_ui_begin(W, H);
+    view_ui_measure("roughness 0.25, W\nw", &w, &h);
+    view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
+    view_ui_end(0);
+    unsigned char *rgb = view_picture_read(0, W, H, 3);
+    for (int i = 0; i < W * H; i++) {
+        const bool in = i % W >= W - w - 1 && i / W >= H - h - 1;
+        ink += rgb[3 * i] > 128;
+        outside += rgb[3 * i] > 0 && !in;
+    }
+    CHECK_MSG(ink > 100 && !outside, "%d of ink, %d outside", ink, outside);
+    free(rgb);
+}
+
+TEST(legends_show_their_scale)
+{
+    enum {
+        W = 340,
+        H = 60
+    };
+    int bad = 0;
+
+    begin_ui(W, H);
+    view_ui_begin(W, H);
+    view_ui_legend(10, 5, 320, 0);
+    view_ui_legend(10, 35, 320, 4);
+    view_ui_end(0);
+    unsigned char *rgb = view_picture_read(0, W, H, 3);
+    for (int x = 12; x < 328; x++) {
+        const double share = (x - 10 + 0.5) / 320;
+        double c[3];
+        view_test_false_colour(VIEW_STOPS * (2 * share - 1), c);
+        for (int k = 0; k < 3; k++)
+            bad += !(fabs(rgb[3 * (10 * W + x) + k] - 255 * c[k]) <= 2);
+        const double grey = share <= 0.0031308
+                                ? 12.92 * share
+                                : 1.055 * pow(share, 1 / 2.4) - 0.055;
+        bad += !(fabs(rgb[3 * (40 * W + x)] - 255 * grey) <= 2);
+    }
+    CHECK_MSG(bad <= 2 * 16 * 3, "%d of a scale", bad); /* at steps of stops */
+    free(rgb);
+}
+
+/* Labels change nothing of the picture, and are around it. */
+TEST(labels_are_beside_the_picture)
+{
+    enum {
+        W = 640,
+        H = 400
+    };
+    view_options options;
+    view_app app;
+
+    for (int i = 0; i < 2 * VIEW_MODES; i++) {
+        view_test_app(&app, &options, W, H);
+        begin_ui(W, H);
+        app.renderer = view_renderer_create();
+        NEED(app.renderer && view_renderer_load(app.renderer, app.set));
+        for (int k = 0; k < 2; k++) {
+            view_settings *s = &app.side[k];
+            s->mode = (view_mode)(i / 2);
+            s->probe_size = 16;
+            s->layout = i % 2 ? VIEW_STRIP : VIEW_EQUIRECT;
+            s->false_colour = i % 2;
+            s->compare = i % 2 ? VIEW_SPLIT : VIEW_ALONE;
+            s->reflection = k ? VIEW_FIT : VIEW_SPLIT_SUM;
+        }
+        const view_area a = view_app_area(&app);
+        NEED(view_app_draw(&app, false));
+        unsigned char *before = view_picture_read(0, W, H, 3);
+        view_labels_draw(&app);
+        unsigned char *after = view_picture_read(0, W, H, 3);
+        int inside = 0, ink = 0;
+        for (int n = 0; n < W * H; n++) {
+            const int x = n % W, y = H - 1 - n / W;
+            const bool in =
+                x >= a.x && y >= a.y && x < a.x + a.width && y < a.y + a.height;
+            const bool changed = memcmp(before + 3 * n, after + 3 * n, 3) != 0;
+            /* beside a map that does not fill it */
+            inside +=
+                in && changed && (before[3 * n] < 25 || before[3 * n] > 26);
+            ink += !in && changed;
+        }
+        CHECK_MSG(!inside && ink > 50, "%s: %d in the picture, %d beside",
+                  view_mode_names[i / 2], inside, ink);
+        free(before);
+        free(after);
+        view_renderer_free(app.renderer);
+    }
+}
+
+/* A press on the panel's row of buttons, and on a box of it. */
+TEST(panel_takes_the_pointer)
+{
+    enum {
+        W = 800,
+        H = 600
+    };
+    view_options options;
+    view_app app;
+    bool help = false, hidden = false, sliding = false;
+
+    view_test_app(&app, &options, W, H);
+    begin_ui(W, H);
+    app.renderer = view_renderer_create();
+    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
+    for (int i = 0; i < 80 * 3; i++) {
+        /* along the buttons, then down the controls */
+        const int n = i / 3;
+        const double x = W - 330 + (n < 26 ? 8 + 8 * n : 100);
+        const double y = n < 26 ? 18 : 40 + 10 * (n - 26);
+        const double turn = app.side[0].metallic[1];
+        app.panel = true;
+        view_ui_pointer(x, y, i % 3 == 1);
+        view_labels_draw(&app);
+        help = help || app.help;
+        hidden = hidden || !app.panel;
+        sliding = sliding || app.side[0].metallic[1] < turn ||
+                  app.side[0].roughness[0] > 0;
+        app.help = app.files = false;
+    }
+    CHECK(help && hidden && sliding);
+    CHECK(view_ui_has_pointer());
+    view_ui_pointer(20, 300, false);
+    view_labels_draw(&app);
+    view_labels_draw(&app);
+    CHECK(!view_ui_has_pointer());
+    view_renderer_free(app.renderer);
+}
