@@ -435,6 +435,14 @@ ifeq ($(HAVE_VIEW),yes)
 	$(VIEW) $(DEMO)/sky --offscreen $(DEMO)/scene-parallax.png $(ROOM)
 	$(VIEW) $(DEMO)/sky --offscreen $(DEMO)/scene-infinite.png $(ROOM) \
 	    --parallax none
+	$(VIEW) $(DEMO)/forest -q --offscreen $(DEMO)/view-levels.png \
+	    --size 640x360 --mode levels --level 3 --filter
+	$(VIEW) $(DEMO)/sky -q --offscreen $(DEMO)/view-model.png \
+	    --size 640x360 --mode model --ground --pitch 12 --distance 5 \
+	    --material copper --roughness 0.1:0.3 --turn 215 --blur 0.4
+	$(VIEW) $(DEMO)/forest -q --offscreen $(DEMO)/view-panel.png --panel \
+	    --size 1080x608 --grid 3x5 --turn 250 --parts diffuse \
+	    --against "--parts specular"
 else
 	@echo "iblbake: there are no spheres, because iblview was not built"
 endif
@@ -445,7 +453,8 @@ ROOM = -q --mode scene --size 480x270 --turn 215 --distance 4.6 --fov 65 \
 ## pictures: the README's, those of the demo and rough metals, into data/
 .PHONY: pictures
 pictures: demo
-	cd $(DEMO) && cp preview.png iblview.png scene-*.png $(CURDIR)/data
+	cd $(DEMO) && cp preview.png iblview.png scene-*.png view-*.png \
+	    $(CURDIR)/data
 	sh tests/pictures.sh $(BUILD)
 
 # Every build that must pass, then everything in it.
