@@ -375,6 +375,7 @@ static void free_ui(void *unused)
 
 static void begin_ui(int width, int height)
 {
+    view_ui_free();
     view_test_begin(width, height);
     test_defer(free_ui, NULL);
     NEED(view_ui_make(1));
@@ -520,4 +521,5 @@ TEST(panel_takes_the_pointer)
     view_labels_draw(&app);
     CHECK(!view_ui_has_pointer());
     view_renderer_free(app.renderer);
+    view_folder_free(&app.folder);
 }

@@ -154,7 +154,7 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
 /* Whole pictures: the sun where it comes through these or those windows, or
  * from above; spheres that move take their shadow along, or have none where
  * they are not drawn; the sun turns with the environment. */
-TEST_SLOW(shadows_are_those_of_rays)
+TEST(shadows_are_those_of_rays)
 {
     static const struct {
         double eye[3], at[3], sun[3], seconds, turn;

@@ -52,8 +52,7 @@ programs() {
         # sums do not depend on the compiler.
         */clang/tests/check_view_* | */clang/tests/check_levels) ;;
         # Without threads of ours there are no races to be found.
-        */tsan/tests/check_view_set | */tsan/tests/check_view_sun | \
-            */tsan/tests/check_view_probe_set) tests+=("$program") ;;
+        */tsan/tests/check_view_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
             */tsan/tests/check_kern_* | \
             */tsan/tests/check_truth | \

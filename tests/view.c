@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view.h"
 
+#include "common/signals.h"
 #include "sets.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -93,9 +94,11 @@ ibl_ctx *view_test_ctx(int threads)
 void view_test_app(view_app *app, view_options *options, int width, int height)
 {
     char name[] = "map", *words[] = {name, NULL};
+    baked_set *set = ibl_need(calloc(1, sizeof *set));
     int status;
 
     memset(app, 0, sizeof *app);
+    test_defer(free, set);
     NEED(view_options_parse(words, options, &status));
     app->options = options;
     app->side[0] = options->settings;
@@ -106,8 +109,8 @@ void view_test_app(view_app *app, view_options *options, int width, int height)
     app->width = width;
     app->height = height;
     app->scale = 1;
-    sets_white(&app->sets[0]);
-    app->set = &app->sets[0];
+    sets_white(set);
+    app->set = set;
 }
 
 bool view_test_draw(view_renderer *r, const view_settings *s, int width,
