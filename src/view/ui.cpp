@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
+#include <cerrno>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 #include <backends/imgui_impl_glfw.h>
 #include <imgui.h>
 
 extern "C" {
+#include "common/signals.h"
 #include "view/app.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -48,22 +51,50 @@ ImDrawList *page()
 
 // ---- OpenGL ----------------------------------------------------------------
 
-void make_font()
+// ImGui does not look at what it is given.
+void *need_bytes(size_t size, void *)
+{
+    return ibl_need(malloc(size));
+}
+
+void free_bytes(void *p, void *)
+{
+    free(p);
+}
+
+// ImGui ends the program where it fails to read a file.
+bool add_font(float size)
+{
+    ImFontAtlas *fonts = ImGui::GetIO().Fonts;
+    FILE *file = fopen(font_file, "rb");
+    ImFontConfig own;
+
+    own.SizePixels = size;
+    if (!file)
+        return fonts->AddFontDefault(&own);
+    fseek(file, 0, SEEK_END);
+    const long bytes = ftell(file);
+    rewind(file);
+    void *font = ImGui::MemAlloc(bytes > 0 ? (size_t)bytes : 1);
+    const bool all =
+        bytes > 0 && fread(font, 1, (size_t)bytes, file) == (size_t)bytes;
+    const int why = ferror(file) ? errno : EINVAL;
+    fclose(file);
+    if (all) // freed with the others
+        return fonts->AddFontFromMemoryTTF(font, (int)bytes, size);
+    ImGui::MemFree(font);
+    return view_fail("%s: %s: install package fonts-dejavu-core again",
+                     font_file, strerror(why));
+}
+
+bool make_font()
 {
     ImGuiIO &io = ImGui::GetIO();
-    const float size = floorf(text_units * ui.scale + 0.5F);
     unsigned char *pixels = nullptr;
     int width = 0, height = 0;
-    FILE *file = fopen(font_file, "rb");
 
-    if (file) {
-        fclose(file);
-        io.Fonts->AddFontFromFileTTF(font_file, size);
-    } else {
-        ImFontConfig own;
-        own.SizePixels = size;
-        io.Fonts->AddFontDefault(&own);
-    }
+    if (!add_font(floorf(text_units * ui.scale + 0.5F)))
+        return false;
     io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
     gl.GenTextures(1, &ui.font);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, ui.font);
@@ -71,6 +102,7 @@ void make_font()
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA,
                   GL_UNSIGNED_BYTE, pixels);
     io.Fonts->SetTexID((ImTextureID)(intptr_t)letters);
+    return true;
 }
 
 void attribute(GLuint at, int size, GLenum type, size_t offset)
@@ -385,6 +417,7 @@ bool view_ui_make(double scale)
 {
     ui = {};
     ui.scale = (float)scale;
+    ImGui::SetAllocatorFunctions(need_bytes, free_bytes);
     ImGui::CreateContext();
     ImGui::StyleColorsDark();
     ImGui::GetStyle().ScaleAllSizes(ui.scale);
@@ -395,7 +428,8 @@ bool view_ui_make(double scale)
         return false;
     ui.window = gl.GetUniformLocation(ui.program, "window");
     ui.kind = gl.GetUniformLocation(ui.program, "kind");
-    make_font();
+    if (!make_font())
+        return false;
     make_arrays();
     return view_gl_check("making the user interface");
 }
