@@ -18,6 +18,14 @@ view_gl gl;
 static GLuint nothing; /* a vertex array without attributes */
 static GLuint timers[2];
 
+/* Blending with the part of the pixel that alpha says is covered, in pictures
+ * whose colours are times their alpha. */
+static void blend_over(void)
+{
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE,
+                         GL_ONE_MINUS_SRC_ALPHA);
+}
+
 bool view_gl_load(view_gl_proc *(*get)(const char *name))
 {
     /* ISO C converts between types of functions, but not through void *. */
@@ -33,14 +41,8 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    view_gl_blend_over();
+    blend_over();
     return true;
-}
-
-void view_gl_blend_over(void)
-{
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE,
-                         GL_ONE_MINUS_SRC_ALPHA);
 }
 
 void view_gl_bind(int unit, GLenum target, GLuint texture)
@@ -83,24 +85,11 @@ void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
     gl.VertexAttribDivisor(at, divisor);
 }
 
-bool view_gl_target(GLuint framebuffer, GLuint texture)
-{
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            texture, 0);
-    return gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
-}
-
-void view_gl_draw(GLuint program, GLenum mode, int count)
+void view_gl_draw_full(GLuint program)
 {
     gl.UseProgram(program);
     gl.BindVertexArray(nothing);
-    gl.DrawArrays(mode, 0, count);
-}
-
-void view_gl_draw_full(GLuint program)
-{
-    view_gl_draw(program, GL_TRIANGLES, 3);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 void view_gl_time_begin(void)
@@ -326,7 +315,9 @@ bool view_image_make(view_image *i, int width, int height)
     gl.BindFramebuffer(GL_FRAMEBUFFER, i->framebuffer);
     gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
                                GL_RENDERBUFFER, i->depth);
-    if (!view_gl_target(i->framebuffer, i->texture))
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            i->texture, 0);
+    if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
         return view_fail("this OpenGL cannot draw into a picture of %d x %d "
                          "floats: ask for a smaller one",
                          width, height);
@@ -356,7 +347,7 @@ bool view_mean_add(GLuint program, const view_image *picture, float part,
         gl.Enable(GL_BLEND);
     view_gl_draw_full(program);
     gl.Disable(GL_BLEND);
-    view_gl_blend_over();
+    blend_over();
     return true;
 }
 

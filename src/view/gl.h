@@ -54,11 +54,8 @@ typedef void view_gl_proc(void);
 
 /* Fills gl for the current context, which is of OpenGL 3.3 core, and sets the
  * state that no other call changes: seamless cubes, rows without padding, and
- * view_gl_blend_over. False, with a message: a function is missing. */
+ * blending by alpha. False, with a message: a function is missing. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
-/* Blending with the part of the pixel that alpha says is covered, in pictures
- * whose colours are times their alpha. */
-void view_gl_blend_over(void);
 
 /* Binds a texture to a unit and activates the unit. */
 void view_gl_bind(int unit, GLenum target, GLuint texture);
@@ -71,11 +68,6 @@ GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data);
  * bound buffer. divisor 1: per instance. */
 void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
                        GLuint divisor);
-/* Attaches a 2D texture to a framebuffer and binds it; false if it is
- * incomplete. */
-bool view_gl_target(GLuint framebuffer, GLuint texture);
-/* Draws vertices that have only a number. */
-void view_gl_draw(GLuint program, GLenum mode, int count);
 /* Draws the triangle of full.vert with a program. */
 void view_gl_draw_full(GLuint program);
 

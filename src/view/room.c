@@ -311,7 +311,8 @@ double view_room_cast(const view_room_draw *d, const double from[3],
     return nearest;
 }
 
-ibl_probe view_room_probe(const view_room_draw *d, int i)
+/* A local probe, or the dynamic one behind them, with the proxy that counts. */
+static ibl_probe probe_of(const view_room_draw *d, int i)
 {
     ibl_probe p = i < d->locals.count ? d->locals.probe[i] : *d->dynamic.probe;
 
@@ -534,7 +535,7 @@ static void upload_probes(const view_room *r, const view_room_draw *d)
     float packed[FLOATS] = {0};
 
     for (int i = 0; i < d->locals.count + d->dynamic.count; i++) {
-        const ibl_probe probe = view_room_probe(d, i);
+        const ibl_probe probe = probe_of(d, i);
         ibl_probes_pack(&probe, 1, &first, packed + i * IBL_PROBE_FLOATS);
     }
     gl.BindBuffer(GL_TEXTURE_BUFFER, r->probes);

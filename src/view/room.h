@@ -112,8 +112,6 @@ typedef struct view_room_draw {
 view_room *view_room_create(void);
 void view_room_free(view_room *r); /* NULL is fine */
 
-/* A local probe, or the dynamic one behind them, with the proxy that counts. */
-ibl_probe view_room_probe(const view_room_draw *d, int i);
 /* The weights of d->locals, then the dynamic probe's, then the environment's,
  * at a point, as if all captures had an alpha of 1; their sum is 1. */
 void view_room_weights(const view_room_draw *d, const double point[3],

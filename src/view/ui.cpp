@@ -524,12 +524,6 @@ void view_ui_text(double x, double y, const double point[2], const char *text)
         colour_of(0xe8e8e8), text);
 }
 
-void view_ui_rectangle(const double box[4], unsigned rgb)
-{
-    page()->AddRectFilled(ImVec2((float)box[0], (float)box[1]),
-                          ImVec2((float)box[2], (float)box[3]), colour_of(rgb));
-}
-
 void view_ui_legend(double x, double y, double width, double most)
 {
     const double height = 10 * (double)ui.scale;

@@ -40,8 +40,6 @@ void view_ui_measure(const char *text, double *width, double *height);
 /* Draws text so that a point of it, in fractions of its size from its upper
  * left, is at x, y. */
 void view_ui_text(double x, double y, const double point[2], const char *text);
-/* rgb: 0xRRGGBB */
-void view_ui_rectangle(const double box[4], unsigned rgb);
 /* A scale of that size with its values below: false colours with their stops
  * or, if most is above 0, greys from 0 to most. */
 void view_ui_legend(double x, double y, double width, double most);

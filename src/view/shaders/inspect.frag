@@ -3,6 +3,7 @@
 #include "frame.glsl"
 #include "ibl.glsl"
 #include "layout.glsl"
+#include "tone.glsl"
 
 uniform samplerCube specular_map;
 uniform samplerCube irradiance_map;
@@ -50,8 +51,7 @@ vec4 source_map() {
 
 // One channel as grey.
 vec4 channel(vec4 c) {
-    vec3 weights = vec3(0.2126, 0.7152, 0.0722); // ITU-R BT.709-6, item 3.2
-    float grey = looks.x == LUMINANCE ? dot(c.rgb, weights)
+    float grey = looks.x == LUMINANCE ? luminance(c.rgb)
                  : looks.x == ALPHA   ? c.a
                                       : c[max(looks.x - 1, 0)];
     return vec4(looks.x == 0 ? c.rgb : vec3(grey), 1.0);
