@@ -244,7 +244,8 @@ static bool draw(const baked_set *set, view_reflection reflection, float *rgb)
 
     s.reflection = reflection;
     do
-        ok = ok && view_renderer_draw(r, &s, &(view_area){0, 0, WIDTH, HEIGHT});
+        ok = ok && view_renderer_draw(r, (view_settings[2]){s, s},
+                                      &(view_area){0, 0, WIDTH, HEIGHT});
     while (ok && reflection == VIEW_REFERENCE &&
            view_renderer_samples(r) < SAMPLES);
     ok = ok && view_renderer_read(r, false, rgb);
@@ -468,7 +469,8 @@ static int compare_model(const char *set_path, const char *model_path,
         s.reflection = lookups[i].reflection;
         do
             ok = view_renderer_draw(
-                r, &s, &(view_area){0, 0, MODEL_WIDTH, MODEL_HEIGHT});
+                r, (view_settings[2]){s, s},
+                &(view_area){0, 0, MODEL_WIDTH, MODEL_HEIGHT});
         while (ok && s.reflection == VIEW_REFERENCE &&
                view_renderer_samples(r) < SAMPLES / 4);
         ok = ok && view_renderer_read(r, false, rgb);
