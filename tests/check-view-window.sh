@@ -192,10 +192,13 @@ test_help() {
 }
 
 test_texel_under_the_pointer() {
-    xdotool mousemove --window "$window" 5 5
-    within not_shown first.png || echo 'no texel is read out'
+    press m
+    xdotool mousemove --window "$window" 160 120
+    snap level.png
+    within not_shown level.png || echo 'no texel is read out'
     away
-    on_screen first.png
+    on_screen level.png
+    press M Escape
 }
 
 # 60 of the 218 pixels that labels leave are 60/218 of half a turn.
@@ -220,10 +223,17 @@ test_mouse() {
     same again.png first.png 'after Home'
 }
 
+# It takes the pointer: a drag over it turns nothing, and its button "Keys"
+# shows the list, which the first Escape takes away.
 test_panel() {
     press P
+    xdotool mousemove --window "$window" 310 100 sleep 1 mousedown 1 \
+        mousemove_relative 0 60 mouseup 1
+    xdotool mousemove --window "$window" 270 18 sleep 1 click 1 sleep 1
     away
     within not_shown first.png || echo 'P shows no panel'
+    press Escape
+    within not_shown first.png || echo 'the button shows no keys'
     press Escape
     on_screen first.png
 }

@@ -12,8 +12,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/key_bindings.h"
-#include "view/labels.h"
 #include "view/ui.h"
 
 enum {
@@ -389,12 +387,11 @@ TEST(text_stays_in_its_box)
         W = 320,
         H = 80
     };
-    double w, h;
+    const double w = 160, h = 36; /* at most, of the text below */
     int ink = 0, outside = 0;
 
     begin_ui(W, H);
     view_ui_begin(W, H);
-    view_ui_measure("roughness 0.25, W\nw", &w, &h);
     view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
     view_ui_end(0);
     unsigned char *rgb = view_picture_read(0, W, H, 3);
@@ -482,44 +479,4 @@ TEST(labels_are_beside_the_picture)
         free(after);
         view_renderer_free(app.renderer);
     }
-}
-
-/* A press on the panel's row of buttons, and on a box of it. */
-TEST(panel_takes_the_pointer)
-{
-    enum {
-        W = 800,
-        H = 600
-    };
-    view_options options;
-    view_app app;
-    bool help = false, hidden = false, sliding = false;
-
-    view_test_app(&app, &options, W, H);
-    begin_ui(W, H);
-    app.renderer = view_renderer_create();
-    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
-    for (int i = 0; i < 80 * 3; i++) {
-        /* along the buttons, then down the controls */
-        const int n = i / 3;
-        const double x = W - 330 + (n < 26 ? 8 + 8 * n : 100);
-        const double y = n < 26 ? 18 : 40 + 10 * (n - 26);
-        const double turn = app.side[0].metallic[1];
-        app.panel = true;
-        view_ui_pointer(x, y, i % 3 == 1);
-        view_labels_draw(&app);
-        help = help || app.help;
-        hidden = hidden || !app.panel;
-        sliding = sliding || app.side[0].metallic[1] < turn ||
-                  app.side[0].roughness[0] > 0;
-        app.help = app.files = false;
-    }
-    CHECK(help && hidden && sliding);
-    CHECK(view_ui_has_pointer());
-    view_ui_pointer(20, 300, false);
-    view_labels_draw(&app);
-    view_labels_draw(&app);
-    CHECK(!view_ui_has_pointer());
-    view_renderer_free(app.renderer);
-    view_folder_free(&app.folder);
 }

@@ -54,6 +54,7 @@ struct view_renderer {
     view_model *model;            /* that was set, or NULL */
     view_model *ball;             /* made on first use */
     view_ground ground;           /* of the model */
+    view_image told;              /* of view_renderer_texel */
     int samples;     /* of the reference per draw; 0: by the clock */
     GLuint backdrop; /* the map of the set, or 0 */
     bool knows_backdrop;
@@ -404,18 +405,34 @@ static view_subject subject(view_renderer *r, const side *of)
 }
 
 /* Draws a map. */
-static void inspect(const view_renderer *r, const side *of)
+static void inspect(const view_renderer *r, GLuint sampler)
 {
-    const GLuint sampler = of->settings.filter ? r->smooth : r->nearest;
     static const GLuint units[] = {VIEW_UNIT_SPECULAR, VIEW_UNIT_IRRADIANCE,
                                    VIEW_UNIT_BACKDROP};
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], sampler);
     view_gl_draw_full(r->inspect);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], 0);
+}
+
+bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4])
+{
+    const GLint pointer = gl.GetUniformLocation(r->inspect, "pointer");
+
+    if (!view_image_make(&r->told, 3, 1))
+        return false;
+    view_image_begin(&r->told);
+    gl.Disable(GL_BLEND);
+    bind_maps(maps_of(r, 0));
+    view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
+    gl.UseProgram(r->inspect);
+    gl.Uniform4f(pointer, (float)x + 0.5F, (float)y + 0.5F, 1, 0);
+    inspect(r, r->nearest);
+    gl.Uniform4f(pointer, 0, 0, 0, 0);
+    gl.ReadPixels(0, 0, 3, 1, GL_RGBA, GL_FLOAT, told);
+    return told[2][3] >= 0;
 }
 
 /* Uploads the frame of the next place of a state. */
@@ -448,7 +465,8 @@ static bool draw_place(view_renderer *r, int i)
         return view_scene_draw(of->stage, &at, &of->picture);
     if (view_shows_materials(&at))
         return view_subject_draw(&seen, &light, &of->picture);
-    inspect(r, of);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
+    inspect(r, at.filter ? r->smooth : r->nearest);
     return true;
 }
 

@@ -67,6 +67,11 @@ bool view_renderer_read(const view_renderer *r, int side, float *rgb);
 /* The last picture in linear light, without exposure, tone curve or gain; else
  * as it is shown. The same shape. False, with a message. */
 bool view_renderer_linear(const view_renderer *r, float *rgb);
+/* What of a map is at a pixel of the last picture, counted from the lower left:
+ * its face, or -1, level, column and row; the direction of its centre in
+ * the environment's frame, of the table N.V and roughness; its value. False:
+ * nothing. */
+bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4]);
 /* The scene of the first side; NULL before it was drawn. */
 view_scene *view_renderer_stage(const view_renderer *r);
 

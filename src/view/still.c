@@ -8,8 +8,6 @@
 #include "common/process.h"
 #include "common/signals.h"
 #include "view/folder.h"
-#include "view/inspect.h"
-#include "view/labels.h"
 #include "view/message.h"
 #include "view/ui.h"
 
@@ -273,20 +271,6 @@ static bool draw(view_app *app)
     return ok;
 }
 
-static void print_texel(const view_app *app)
-{
-    const view_options *o = app->options;
-    const view_area area = view_app_area(app);
-    char text[200];
-    const view_texel t =
-        view_inspect(app->set, &app->side[0], area.width, area.height,
-                     o->texel[0] + 0.5 - area.x,
-                     o->texel[1] + 0.5 - (app->height - area.y - area.height));
-
-    view_texel_text(&t, text, sizeof text);
-    printf("%s\n", t.inside ? text : "nothing of a map is there");
-}
-
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
     view_app app = {.ctx = ctx,
@@ -316,8 +300,6 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
         view_report_set(set);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
-    if (ok && o->texel[0] >= 0)
-        print_texel(&app);
     view_set_free(set);
     return ok;
 }
