@@ -185,7 +185,7 @@ static bool open_folder(view_app *app, const char *path)
 bool view_app_open(view_app *app, const view_request *what)
 {
     const char *why;
-    const view_kind kind = view_kind_of(what->path, what->layout, &why);
+    const view_kind kind = view_kind_of(what->path, &why);
 
     switch (kind) {
     case VIEW_KIND_NONE:
@@ -234,7 +234,7 @@ void view_app_step(view_app *app, int step)
     const char *shown = app->baker ? app->baking : app->path;
     char *folder = ibl_need(ibl_path_beside(shown, ""));
     const char *name = ibl_path_name(shown), *why;
-    const view_kind kind = view_kind_of(shown, IBL_INPUT_AUTO, &why);
+    const view_kind kind = view_kind_of(shown, &why);
     view_folder list = {0};
     int next = -1;
 
@@ -259,7 +259,7 @@ static bool load_other(view_app *app)
     const view_request what = {.path = app->options->against_set};
     const char *why;
 
-    if (!(view_kind_of(what.path, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP
+    if (!(view_kind_of(what.path, &why) == VIEW_KIND_MAP
               ? view_set_bake(app->ctx, &what, &app->other)
               : view_set_open(app->ctx, &what, &app->other)))
         return false;

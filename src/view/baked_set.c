@@ -381,10 +381,6 @@ bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
 
     *set = (baked_set){.name = ibl_need(strndup(name, stem)),
                        .source_read = ibl_read_options_default()};
-    set->source_read.layout = what->layout;
-    set->source_read.transfer = what->transfer;
-    memcpy(set->source_read.face_order, what->face_order,
-           sizeof what->face_order);
     /* Streams are gone by now; six faces are no file. */
     if (strcmp(path, "-") != 0 && (stat(path, &st) || S_ISREG(st.st_mode)))
         set->source = ibl_need(strdup(path));

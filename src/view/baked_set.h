@@ -71,11 +71,7 @@ typedef struct view_request {
                          environment to bake */
     int layer;        /* of arrays of cubes */
     const char *irradiance, *lut, *sky; /* NULL: searched beside path */
-    const char *map;         /* that was baked; NULL: where the sidecar says */
-    ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
-                                texture is no map */
-    unsigned char face_order[IBL_FACES]; /* of a map, as ibl_read_options */
-    ibl_transfer transfer;
+    const char *map; /* that was baked; NULL: where the sidecar says */
 } view_request;
 
 /*

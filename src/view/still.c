@@ -304,8 +304,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
 
     if (!view_options_may(o))
         return false;
-    const view_kind kind =
-        view_kind_of(o->request.path, o->request.layout, &why);
+    const view_kind kind = view_kind_of(o->request.path, &why);
     if (kind == VIEW_KIND_FOLDER)
         return view_fail("%s: is a folder, not a set: name a file in it",
                          o->request.path);
