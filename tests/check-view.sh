@@ -148,20 +148,6 @@ test_models() {
     grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
 }
 
-# A model with sheen, by a set of that scene: two chains in a directory.
-test_sheen_of_a_scene() {
-    local sheen='"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5'
-    make_scene a "[{\"extensions\": {\"KHR_materials_sheen\": {$sheen}}}]"
-    make_scene b '[{}]'
-    iblbake -q --scene a.gltf env.exr -o out >said 2>&1 || cat said
-    draw a.png out --model a.gltf -q
-    draw b.png out --model b.gltf -q
-    differ a.png b.png
-    rm out/env_charlie*
-    draw c.png out --model a.gltf -q
-    same b.png c.png
-}
-
 # One line after notes of parts, and no picture.
 test_models_that_cannot_be_drawn() {
     local file

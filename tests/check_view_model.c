@@ -173,11 +173,10 @@ static void layered(const ibl_scene_material *m, double wanted[3])
     const double ior = (double)m->ior, weight = (double)m->specular;
     const double open =
         m->occlusion_texture.image < 0 ? 1 : 1 - 0.8 * m->occlusion_strength;
-    double rg[2], over[2], sheen[2];
+    double rg[2], over[2];
 
     table((double)m->roughness, rg);
     table((double)m->clearcoat_roughness, over);
-    NEED(!ibl_reference_sheen(shade_ctx(), 1, 0.5, sheen));
     for (int k = 0; k < 3; k++) {
         const double base =
             m->base_colour[k] * (on.part[0].colour && !k ? 0.5 : 1);
@@ -186,41 +185,27 @@ static void layered(const ibl_scene_material *m, double wanted[3])
         const double once = (metallic + (1 - metallic) * weight) *
                             ((own + metallic * (base - own)) * rg[0] + rg[1]);
         wanted[k] = once + base * (1 - metallic) * (1 - once);
-        wanted[k] *= 1 - m->sheen_colour[0] * sheen[0];
-        wanted[k] += m->sheen_colour[k] * sheen[0];
         wanted[k] = wanted[k] * open + m->emissive[k] / (double)sky[k];
         wanted[k] = wanted[k] * (1 - 0.04 * coat) +
                     coat * open * (0.04 * over[0] + over[1]);
     }
 }
 
-static void add_sheen(shade_set *s)
-{
-    static const double levels[] = {0, 0.3, 0.6, 1};
-
-    NEED(!ibl_texture_from_cube(shade_ctx(), &s->specular, NULL,
-                                &s->set.texture[VIEW_SHEEN], NULL) &&
-         view_set_fill_sheen(shade_ctx(), levels, 4, &s->set));
-}
-
-/* Metallic, roughness, IOR, KHR_materials_specular, a coat and sheen, by
- * lookups and by the integral as far as its samples go; or unlit. */
+/* Metallic, roughness, IOR, KHR_materials_specular and a coat, by lookups and
+ * by the integral as far as its samples go; or unlit. Sheen is not drawn. */
 TEST(layers)
 {
     static const struct {
-        float metallic, roughness, ior, specular, tint, coat, sheen;
-    } cases[] = {
-        {0, 1, 1.5f, 1, 1, 0, 0},         {1, 0.3f, 1.5f, 1, 1, 0, 0},
-        {0.5f, 0.6f, 1.5f, 1, 1, 0, 0},   {0, 0.5f, 2, 0.5f, 0.5f, 0, 0},
-        {1, 0.7f, 1.5f, 1, 1, 0.5f, 0},   {0, 0.5f, 1.5f, 1, 1, 0, 0.8f},
-        {0, 0.5f, 1.5f, 1, 1, 0.5f, 0.8f}};
+        float metallic, roughness, ior, specular, tint, coat;
+    } cases[] = {{0, 1, 1.5f, 1, 1, 0},       {1, 0.3f, 1.5f, 1, 1, 0},
+                 {0.5f, 0.6f, 1.5f, 1, 1, 0}, {0, 0.5f, 2, 0.5f, 0.5f, 0},
+                 {1, 0.7f, 1.5f, 1, 1, 0.5f}, {0, 0.5f, 1.5f, 1, 1, 0.5f}};
     static float tint[16] = {.5f, 1, 1, 1, .5f, 1, 1, 1,
                              .5f, 1, 1, 1, .5f, 1, 1, 1};
     ibl_scene_material *m = &on.material[0];
     double wanted[3];
 
     begin();
-    add_sheen(&shade_sets[0]);
     view_renderer_pace(renderer, 256);
     on.part[0].colour = tint;
     memcpy(m->base_colour, (const float[]){0.8f, 0.4f, 0.1f}, 12);
@@ -228,7 +213,7 @@ TEST(layers)
     m->occlusion_texture = even(0, 51, 0, 0, 0);
     m->occlusion_strength = 0.5f;
     m->clearcoat_roughness = 0.2f;
-    m->sheen_roughness = 0.5f;
+    m->sheen_roughness = m->sheen_colour[0] = 0.5f;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         m->metallic = cases[i].metallic;
         m->roughness = cases[i].roughness;
@@ -236,15 +221,10 @@ TEST(layers)
         m->specular = cases[i].specular;
         m->specular_colour[1] = cases[i].tint;
         m->clearcoat = cases[i].coat;
-        for (int k = 0; k < 3; k++)
-            m->sheen_colour[k] = cases[i].sheen / (float)(1 << k);
         layered(m, wanted);
         for (int exact = 0; exact < 2; exact++) {
             on.settings.reflection = exact ? VIEW_REFERENCE : VIEW_SPLIT_SUM;
-            expect("layers", draw() + 3 * MIDDLE, wanted,
-                   exact                 ? 1e-2
-                   : cases[i].sheen == 0 ? 1e-4
-                                         : 5e-3);
+            expect("layers", draw() + 3 * MIDDLE, wanted, exact ? 1e-2 : 1e-4);
         }
     }
     m->unlit = true;
@@ -271,14 +251,11 @@ TEST(textures_are_factors)
                  SLOT(specular, specular, 3, 1),
                  SLOT(specular_colour, specular_colour, 0, 3),
                  SLOT(clearcoat, clearcoat, 0, 1),
-                 SLOT(clearcoat_roughness, clearcoat_roughness, 1, 1),
-                 SLOT(sheen_colour, sheen_colour, 0, 3),
-                 SLOT(sheen_roughness, sheen_roughness, 3, 1)};
+                 SLOT(clearcoat_roughness, clearcoat_roughness, 1, 1)};
 #undef SLOT
 
     begin();
     shade_kind(&shade_sets[0], IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
-    add_sheen(&shade_sets[0]);
     for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
         float rgb[3][3]; /* plain, by factor, by texture */
         for (int by = 0; by < 3; by++) {
@@ -287,9 +264,9 @@ TEST(textures_are_factors)
             const int c = slots[i].channel;
             *m = plain();
             m->metallic = m->roughness = m->clearcoat = 0.75f;
-            m->clearcoat_roughness = m->sheen_roughness = 0.75f;
+            m->clearcoat_roughness = 0.75f;
             for (int k = 0; k < 3; k++)
-                m->emissive[k] = m->sheen_colour[k] = 0.5f;
+                m->emissive[k] = 0.5f;
             float *factor = (float *)(void *)((char *)m + slots[i].factor);
             for (int k = 0; by == 1 && k < slots[i].channels; k++)
                 factor[k] *=
@@ -483,7 +460,7 @@ TEST(override)
 
     begin();
     m->base_colour_texture = image(0, four);
-    m->clearcoat = m->emissive[0] = m->sheen_colour[0] = 1;
+    m->clearcoat = m->emissive[0] = 1;
     on.settings.roughness[0] = 0.2;
     on.settings.roughness[1] = 0.4;
     for (int i = 0; i < 6; i++) {

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/names.h"
 #include "common/path.h"
@@ -83,29 +82,10 @@ static bool fill_table(ibl_ctx *ctx, baked_set *set)
     return ok;
 }
 
-bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
-                         baked_set *set)
-{
-    const ibl_lut_options opts = {.size = 32, .kind = IBL_LUT_CHARLIE};
-    ibl_set_facts facts = {.levels = levels};
-    ibl_lut lut = {0};
-    bool ok = !ibl_bake_lut(ctx, &opts, &lut);
-
-    memcpy(facts.roughness, roughness, (size_t)levels * sizeof *roughness);
-    for (int i = 0; ok && i < opts.size * opts.size; i++)
-        lut.data[2 * i + 1] =
-            (float)ibl_set_lod(&facts, (i / opts.size + 0.5) / opts.size);
-    ok = ok && !ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F,
-                                     &set->texture[VIEW_SHEEN_TABLE], NULL);
-    ibl_lut_free(&lut);
-    return ok;
-}
-
 /* ---- reading ------------------------------------------------------------- */
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
-    "skybox",   "specular",         "irradiance",   "brdf_lut",
-    "lobe_lut", "charlie_specular", "charlie_table"};
+    "skybox", "specular", "irradiance", "brdf_lut", "lobe_lut"};
 
 static char *copy(const char *text)
 {
@@ -239,35 +219,6 @@ static void take_facts(const ibl_set *from, baked_set *set)
     set->diffuse = diffuse_of(set, from->target);
 }
 
-/* Opens the chain of sheen beside the specular one, in the same container. It
- * is a bake of its own, and no error if there is none. */
-static bool open_sheen(ibl_ctx *ctx, baked_set *set)
-{
-    ibl_set_options o = ibl_set_options_default();
-    ibl_set sheen = {0};
-    ibl_set_file *f = &sheen.file[IBL_CONTENT_SPECULAR];
-    const char *end = strrchr(set->path[VIEW_SPECULAR], '.');
-    char *name = ibl_need(
-        ibl_format("%s_charlie_specular%s", set->name, end ? end : ""));
-    char *path = ibl_need(ibl_path_beside(set->path[VIEW_SPECULAR], name));
-
-    o.leave = ~(1u << IBL_CONTENT_SPECULAR);
-    bool ok = access(path, F_OK) || !ibl_set_open(ctx, path, &o, &sheen);
-    free(path);
-    free(name);
-    if (ok && f->path)
-        ok = (f->facts.lobe == IBL_LOBE_CHARLIE &&
-              f->facts.known & IBL_KNOWN_ROUGHNESS)
-                 ? take_file(ctx, f, VIEW_SHEEN, set) &&
-                       view_set_fill_sheen(ctx, f->facts.roughness,
-                                           f->facts.levels, set)
-                 : view_fail("%s: does not say the roughness of its levels, or "
-                             "is not of the lobe charlie: bake it again",
-                             f->path);
-    ibl_set_free(&sheen);
-    return ok;
-}
-
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     ibl_set_options o = ibl_set_options_default();
@@ -288,7 +239,6 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
     if (ok) {
         set->name = copy(from.name ? from.name : what->path);
         take_facts(&from, set);
-        ok = open_sheen(ctx, set);
     }
     ibl_set_free(&from);
     /* The map that is named is taken whatever it is. */

@@ -19,10 +19,6 @@ typedef enum view_content {
     VIEW_LUT,
     VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
                    there are no table and taps of view_reflection */
-    VIEW_SHEEN, /* levels of IBL_LOBE_CHARLIE; if absent, models have no
-                   sheen */
-    VIEW_SHEEN_TABLE, /* made here for them, by N.V and roughness: the albedo of
-                         sheen, the level */
     VIEW_CONTENTS
 } view_content;
 
@@ -112,10 +108,6 @@ bool view_set_environment(const baked_set *set, ibl_texture *env,
 /* "is no irradiance map" if a set has no such diffuse light; NULL: it has. */
 const char *view_set_lacks(const baked_set *set, view_diffuse by);
 
-/* Makes the table of sheen for a chain of levels with rising roughness. False:
- * no memory. */
-bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
-                         baked_set *set);
 /* Stores the cosine-weighted harmonics of radiance: 3 for each (l, m) up to
  * degree; those above VIEW_SH_DEGREE are dropped. */
 void view_set_harmonics(baked_set *set, int degree, const double *radiance);

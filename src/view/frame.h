@@ -74,8 +74,8 @@ typedef struct view_lighting {
     view_diffuse diffuse;       /* never AUTO */
     view_parts parts;           /* VIEW_PARTS_COUNT: numbers of materials */
     bool rough_fresnel, override;
-    bool sheen;    /* the set has it; no part of the key, as what follows */
-    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl */
+    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl; no
+                      part of the key, as what follows */
     bool mirrored; /* the picture is */
 } view_lighting;
 

@@ -119,8 +119,6 @@ enum {
     X(VIEW_UNIT_LUT, "lut_map")                                                \
     X(VIEW_UNIT_SKY, "sky_map")                                                \
     X(VIEW_UNIT_LOBES, "lobe_map")                                             \
-    X(VIEW_UNIT_SHEEN, "sheen_chain")                                          \
-    X(VIEW_UNIT_SHEEN_TABLE, "sheen_table")                                    \
     X(VIEW_UNIT_BACKDROP, "backdrop_map")                                      \
     X(VIEW_UNIT_PICTURE, "picture")                                            \
     X(VIEW_UNIT_OTHER, "other")                                                \

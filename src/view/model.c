@@ -35,16 +35,13 @@ static const struct {
     SLOT("coat", clearcoat, false),
     SLOT("coat_rough", clearcoat_roughness, false),
     SLOT("coat_normal", clearcoat_normal, false),
-    SLOT("sheen", sheen_colour, true),
-    SLOT("sheen_rough", sheen_roughness, false),
 #undef SLOT
 };
 
 enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
-    SHEEN_SLOT = 10,
-    SET_MAPS = 9, /* that a program looks up besides, at most */
+    SET_MAPS = 9,  /* that a program looks up besides, at most */
     /* Bits of a program's key above those of the textures it has, and, from
      * FEATURE_BITS, its view_lighting_key. */
     HAS_MASK = 1 << SLOTS,
@@ -52,17 +49,15 @@ enum {
     HAS_UNLIT = 4 << SLOTS,
     HAS_TANGENTS = 8 << SLOTS,
     HAS_COAT = 16 << SLOTS,
-    HAS_SHEEN = 32 << SLOTS,
-    DEPTH_ONLY = 64 << SLOTS,
-    HAS_GLOSS = 128 << SLOTS,
-    BY_PROBES = 256 << SLOTS,
-    FEATURE_BITS = SLOTS + 9
+    DEPTH_ONLY = 32 << SLOTS,
+    HAS_GLOSS = 64 << SLOTS,
+    BY_PROBES = 128 << SLOTS,
+    FEATURE_BITS = SLOTS + 8
 };
 
 /* What these bits define, from HAS_MASK on. */
-static const char *const features[] = {"MASK",     "BLEND", "UNLIT",
-                                       "TANGENTS", "COAT",  "SHEEN",
-                                       "DEPTH",    "GLOSS", "PROBES"};
+static const char *const features[] = {"MASK", "BLEND", "UNLIT", "TANGENTS",
+                                       "COAT", "DEPTH", "GLOSS", "PROBES"};
 
 /* Attributes of model.vert. */
 enum {
@@ -81,7 +76,6 @@ typedef struct model_block {
     float surface[4];
     float specular[4];
     float coat[4];
-    float sheen[4];
     float rows[SLOTS][2][4];
 } model_block;
 
@@ -185,17 +179,10 @@ static const ibl_scene_texture *texture_at(const ibl_scene_material *s, int i)
     return (const void *)((const char *)s + slots[i].at);
 }
 
-static bool has_sheen(const ibl_scene_material *s)
-{
-    return s->sheen_colour[0] > 0 || s->sheen_colour[1] > 0 ||
-           s->sheen_colour[2] > 0;
-}
-
 static bool wants_slot(const ibl_scene_material *s, int i)
 {
     return texture_at(s, i)->image >= 0 && (i == 0 || !s->unlit) &&
-           (i < COAT_SLOT ||
-            (i < SHEEN_SLOT ? s->clearcoat > 0 : has_sheen(s)));
+           (i < COAT_SLOT || s->clearcoat > 0);
 }
 
 /* The texture of an image, made on first use; 0, with a message. */
@@ -236,9 +223,7 @@ static model_block block_of(const ibl_scene_material *s, int index)
                                   f0 * s->specular_colour[1],
                                   f0 * s->specular_colour[2], s->specular},
                      .coat = {s->clearcoat, s->clearcoat_roughness,
-                              s->clearcoat_normal_scale, s->alpha_cutoff},
-                     .sheen = {s->sheen_colour[0], s->sheen_colour[1],
-                               s->sheen_colour[2], s->sheen_roughness}};
+                              s->clearcoat_normal_scale, s->alpha_cutoff}};
 
     memcpy(b.base_colour, s->base_colour, sizeof b.base_colour);
     for (int i = 0; i < SLOTS; i++) {
@@ -268,7 +253,6 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
     to->key = (s->alpha_mode == IBL_SCENE_MASK ? HAS_MASK : 0) |
               (to->blended ? HAS_BLEND : 0) | (s->unlit ? HAS_UNLIT : 0) |
               (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
-              (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0) |
               (s->glossy && !s->unlit ? HAS_GLOSS : 0);
     to->block = block_of(s, i);
     gl.BindBuffer(GL_UNIFORM_BUFFER, m->blocks);
@@ -483,15 +467,17 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
     /* Only those that are drawn. */
     for (int i = 0; i < m->draw_count; i++) {
         const int material = m->draws[i].part->material;
+        const ibl_scene_material *s = &scene->materials[material];
         if (m->materials[material].block.emissive[3] == 0 &&
             !make_material(m, scene, material))
             return false;
-        beyond = beyond || scene->materials[material].transmission > 0 ||
-                 scene->materials[material].anisotropy > 0;
+        beyond = beyond || s->transmission > 0 || s->anisotropy > 0 ||
+                 s->sheen_colour[0] > 0 || s->sheen_colour[1] > 0 ||
+                 s->sheen_colour[2] > 0;
     }
     if (beyond)
-        view_note("KHR_materials_transmission and _anisotropy are not drawn: "
-                  "surfaces are opaque, reflections round");
+        view_note("KHR_materials_transmission, _anisotropy and _sheen are not "
+                  "drawn: surfaces are opaque, reflections round");
     return true;
 }
 
@@ -572,9 +558,7 @@ const char *view_model_material(const view_model *m, int i)
 static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
-    const int off = light->override ? HAS_UNLIT | HAS_COAT | HAS_SHEEN
-                    : light->sheen  ? 0
-                                    : HAS_SHEEN;
+    const int off = light->override ? HAS_UNLIT | HAS_COAT : 0;
     GLuint used = 0;
 
     for (int i = 0; i < m->draw_count; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* A scene of glTF in OpenGL, drawn by the set: metallic-roughness with
- * specular, clearcoat, sheen and unlit; anisotropy and transmission are left
+ * specular, clearcoat and unlit; anisotropy, transmission and sheen are left
  * out. */
 #ifndef VIEW_MODEL_H
 #define VIEW_MODEL_H

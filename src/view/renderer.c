@@ -220,8 +220,6 @@ static void bind_maps(const GLuint maps[VIEW_CONTENTS])
     view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
     view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
-    view_gl_bind(VIEW_UNIT_SHEEN, cube, maps[VIEW_SHEEN]);
-    view_gl_bind(VIEW_UNIT_SHEEN_TABLE, GL_TEXTURE_2D, maps[VIEW_SHEEN_TABLE]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -440,9 +438,7 @@ static bool draw_place(view_renderer *r, int i)
                                  .diffuse = view_diffuse_of(&at, set_of(r, i)),
                                  .parts = at.parts,
                                  .rough_fresnel = at.rough_fresnel,
-                                 .override = at.override != VIEW_AS_IS,
-                                 .sheen =
-                                     set_of(r, i)->texture[VIEW_SHEEN].data};
+                                 .override = at.override != VIEW_AS_IS};
 
     if (at.mode == VIEW_SCENE)
         return view_scene_draw(of->stage, &at, &of->picture);

@@ -201,7 +201,6 @@ static bool load(view_truth *t, const baked_set *set)
     gl.ActiveTexture(GL_TEXTURE0);
     t->sampling[2] = aim.edge;
     t->sampling[3] = map.data || sky ? 0 : set->light_count;
-    t->light.sheen = set->texture[VIEW_SHEEN].data;
     ibl_texture_free(&map);
     view_aim_free(&aim);
     return bound && view_gl_check("the table of the environment's lights");
