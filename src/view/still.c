@@ -255,7 +255,7 @@ static bool make_sheet(view_app *app)
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
-    view_screen *screen = view_screen_memory(o->size[0], o->size[1], NULL);
+    const bool screen = view_screen_memory(o->size[0], o->size[1], NULL);
     const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
 
     app->labels = o->labels && !view_picture_is_linear(file);
@@ -269,7 +269,7 @@ static bool draw(view_app *app)
     view_ui_free();
     if (screen)
         view_app_end(app);
-    view_screen_close(screen);
+    view_screen_close();
     return ok;
 }
 
