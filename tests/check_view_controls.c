@@ -70,6 +70,7 @@ static void begin(void)
     on.model = view_model_create(ctx, &scene, path);
     ibl_scene_free(&scene);
     NEED(on.model);
+    view_renderer_model(on.renderer, on.model);
 }
 
 /* Framebuffer 0, to be freed. */
@@ -106,8 +107,12 @@ static void prepare(view_settings *s, const view_control *c, int mode)
         s->probes = 4;
     if (c->where & VIEW_NEED_K)
         s->probe_choice = VIEW_PROBES_NEAREST_K;
+    if (c->where & VIEW_NEED_MATERIAL)
+        s->override = VIEW_MATERIAL;
     if (!strcmp(c->option.name, "probe-choice"))
         s->probes = 9;
+    if (!strcmp(c->option.name, "seams"))
+        s->yaw = 45; /* the square mirrors an edge of the cube */
 }
 
 /* Another value of a setting; false: there are no more. */
@@ -196,7 +201,6 @@ TEST(each_setting_changes_the_picture)
     begin();
     for (int i = 0; (c = view_control_at(i)); i++)
         for (int mode = 0; mode < VIEW_MODES; mode++) {
-            const bool file = c->where & VIEW_NEED_FILE;
             if (!(c->where >> mode & 1) || c->where & VIEW_NEED_WINDOW ||
                 !strcmp(c->option.name, "array-layer") ||
                 ((mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP) &&
@@ -204,7 +208,6 @@ TEST(each_setting_changes_the_picture)
                                 VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE)) &&
                  c->where & (VIEW_NEED_SPLIT | VIEW_NEED_DIFFERENCE)))
                 continue;
-            view_renderer_model(on.renderer, file ? on.model : NULL);
             if (getenv("DBG"))
                 fprintf(stderr, "%s %s\n", c->option.name,
                         view_mode_names[mode]);
@@ -239,16 +242,18 @@ static int words_of(const view_control *c, char *words[2])
 TEST(others_are_refused)
 {
     static char name[] = "map", picture[] = "--offscreen", png[] = "x.png",
-                mode[] = "--mode";
+                mode[] = "--mode", model_option[] = "--model";
     const view_control *c;
 
     for (int i = 1; (c = view_control_at(i)); i++)
         for (int m = 0; m < VIEW_MODES; m++) {
-            char *words[9] = {name, picture, png, mode,
-                              (char *)view_mode_names[m]};
+            char *words[11] = {name, picture, png, mode,
+                               (char *)view_mode_names[m]};
             view_options o;
             int status;
-            words_of(c, words + 5);
+            const int count = 5 + words_of(c, words + 5);
+            if (m == VIEW_MODEL)
+                words[count] = model_option, words[count + 1] = picture + 2;
             view_test_catch();
             const bool ok = view_options_parse(words, &o, &status);
             const char *said = view_test_caught();
@@ -447,6 +452,8 @@ TEST(labels_are_beside_the_picture)
     view_app app;
 
     for (int i = 0; i < 2 * VIEW_MODES; i++) {
+        if (i / 2 == VIEW_MODEL)
+            continue; /* as spheres, without axes */
         view_test_app(&app, &options, W, H);
         begin_ui(W, H);
         app.renderer = view_renderer_create();

@@ -56,6 +56,10 @@ void view_app_fit(view_app *app)
 
     for (int i = 0; i < 2; i++) {
         view_settings *s = &app->side[i];
+        if (s->mode == VIEW_MODEL && !app->model) {
+            s->mode = VIEW_SPHERES;
+            view_app_notice(app, "there is no model: open a .gltf or .glb");
+        }
         if (!app->set->path[VIEW_SPECULAR]) /* a map's */
             s->layer = 0;
         if (s->level >= levels)
@@ -80,7 +84,7 @@ void view_app_fit(view_app *app)
 
 unsigned view_app_facts(const view_app *app)
 {
-    return view_facts(&app->side[app->edited], app->model, app->probes, NULL);
+    return view_facts(&app->side[app->edited], app->probes, NULL);
 }
 
 /* Shows the set in the free slot. If that fails, restores the previous set and

@@ -22,8 +22,8 @@ typedef struct view_frame {
     float eye[4];
     float right[4], up[4], forward[4]; /* of view_camera */
     float viewport[4];                 /* width, height, 1/width, 1/height */
-    float turn[4];    /* cosine and sine of settings.turn, view_widening,
-                         width of a place in pixels */
+    float turn[4];    /* cosine and sine of settings.turn, width of a place in
+                         pixels */
     float lod[4];     /* scale, offset, last level, mapping (baked_set) */
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
                          (ibl_geometry), yaw of the map in turns,

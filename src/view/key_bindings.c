@@ -207,10 +207,11 @@ static void change(view_app *app, const view_control *c, int step)
     }
     do
         view_control_step(c, s, step);
-    while (!strcmp(c->option.name, "reflection") &&
-           ((view_needs_lobes(s->reflection) &&
-             !app->set->texture[VIEW_LOBES].data) ||
-            (s->mode == VIEW_SCENE && s->reflection == VIEW_REFERENCE)));
+    while ((s->mode == VIEW_MODEL && !app->model) ||
+           (!strcmp(c->option.name, "reflection") &&
+            ((view_needs_lobes(s->reflection) &&
+              !app->set->texture[VIEW_LOBES].data) ||
+             (s->mode == VIEW_SCENE && s->reflection == VIEW_REFERENCE))));
     view_control_text(c, s, value);
     view_app_notice(app, "%s: %s", c->label, value);
     view_app_fit(app);

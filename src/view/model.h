@@ -28,12 +28,6 @@ void view_model_stand(view_model *m, const double floor[3], double radius);
 /* Moves a draw of a scene, by its index. */
 void view_model_move(view_model *m, int draw, const double at[3], double scale);
 
-/* A material of no textures and all defaults. */
-extern const ibl_scene_material view_model_plain;
-/* A sphere with a normal map around its middle, of no material of its own:
- * see view_override. NULL, with a message. */
-view_model *view_model_ball(void);
-
 /* Draws it with depth into the bound framebuffer, which has cleared depth. eye:
  * of the camera. Changes program, vertex array and units from VIEW_MODEL_UNITS;
  * leaves blending and depth test off. False, with a message. */

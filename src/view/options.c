@@ -114,6 +114,8 @@ static bool check_pairs(const view_options *o)
         {mode == VIEW_SCENE && (s->reflection == VIEW_REFERENCE ||
                                 o->other.reflection == VIEW_REFERENCE),
          "--reflection reference", "is of --mode spheres and model"},
+        {!o->model && mode == VIEW_MODEL, "--mode model",
+         "is of a model: add --model"},
         {o->model && mode != VIEW_MODEL && mode != VIEW_SCENE, "--model",
          "is of --mode model and scene"},
         {o->probe_set && mode != VIEW_SCENE, "--probe-set",
@@ -154,7 +156,7 @@ static bool check_controls(const ibl_given *given, const view_settings *s,
                            const view_options *o)
 {
     const char *file = o->contact_sheet ? o->contact_sheet : o->offscreen;
-    const unsigned facts = view_facts(s, o->model, o->probe_set, file);
+    const unsigned facts = view_facts(s, o->probe_set, file);
 
     for (int i = 0; view_control_at(i); i++) {
         const view_control *c = view_control_at(i);

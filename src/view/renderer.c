@@ -52,7 +52,6 @@ struct view_renderer {
     int places;                   /* drawn */
     const view_probe_set *probes; /* of the scene, or NULL */
     view_model *model;            /* that was set, or NULL */
-    view_model *ball;             /* made on first use */
     view_ground ground;           /* of the model */
     int samples;     /* of the reference per draw; 0: by the clock */
     GLuint backdrop; /* the map of the set, or 0 */
@@ -117,7 +116,6 @@ void view_renderer_free(view_renderer *r)
         view_truth_free(r->side[i].truth);
         view_scene_free(r->side[i].stage);
     }
-    view_model_free(r->ball);
     free(r);
 }
 
@@ -187,12 +185,6 @@ void view_renderer_model(view_renderer *r, view_model *model)
 {
     r->model = model;
     view_renderer_restart(r);
-}
-
-/* What VIEW_MODEL shows. */
-static view_model *model(const view_renderer *r)
-{
-    return r->model ? r->model : r->ball;
 }
 
 /* Uploads the map of the set, when it or the reference is first seen. */
@@ -287,7 +279,7 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
     view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
     f->diffuse[3] = (float)view_set_lit_by(set_of(r, 0));
     if (has_ground(s))
-        view_ground_fill(&r->ground, s, set_of(r, 0), model(r), f);
+        view_ground_fill(&r->ground, s, set_of(r, 0), r->model, f);
     if (!r->backdrop)
         return;
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
@@ -320,19 +312,14 @@ static bool update(view_renderer *r, int i, const view_settings *state)
     view_settings at = *state, *s = &at;
     view_frame frame;
 
-    if (!r->model && s->mode == VIEW_MODEL)
-        s->override = VIEW_MATERIAL;
     if (has_ground(s) && !r->ground.known)
         view_ground_load(&r->ground, set_of(r, 0));
 
     if (s->mode == VIEW_SPHERES)
         update_spheres(r, to, s);
-    if (s->mode == VIEW_MODEL && !r->model && !r->ball &&
-        !(r->ball = view_model_ball()))
-        return false;
     if (s->mode == VIEW_MODEL) {
-        view_model_place(model(r), (const double[3]){0}, 1);
-        s->pose = view_model_camera(model(r), s->file_camera - 1);
+        view_model_place(r->model, (const double[3]){0}, 1);
+        s->pose = view_model_camera(r->model, s->file_camera - 1);
     }
     if (s->mode == VIEW_SCENE && !update_stage(r, i, s))
         return false;
@@ -393,7 +380,7 @@ static view_subject subject(view_renderer *r, const side *of)
                           .instances = of->instances,
                           .count = of->count,
                           .programs = r->spheres,
-                          .model = shows_model ? model(r) : NULL,
+                          .model = shows_model ? r->model : NULL,
                           .width = r->area.width,
                           .height = r->area.height,
                           .eye = of->frame.eye,
@@ -468,7 +455,7 @@ static bool draw_side(view_renderer *r, int i)
 
     bind_maps(maps_of(r, i));
     if (has_ground(&of->settings) &&
-        !view_ground_draw(&r->ground, &of->frame, model(r),
+        !view_ground_draw(&r->ground, &of->frame, r->model,
                           r->places == 0 || r->sides > 1))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
@@ -515,7 +502,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
 {
     bool ok = true;
 
-    if (!set_of(r, 0))
+    if (!set_of(r, 0) || (state->mode == VIEW_MODEL && !r->model))
         return view_fail("nothing is loaded that could be drawn");
     r->stale |= area->width != r->area.width ||
                 area->height != r->area.height ||
@@ -679,7 +666,7 @@ int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
 
-    return s->mode == VIEW_MODEL     ? view_model_materials(model(r))
+    return s->mode == VIEW_MODEL     ? view_model_materials(r->model)
            : s->mode == VIEW_SPHERES ? s->rows * s->columns
                                      : 1;
 }
@@ -687,7 +674,7 @@ int view_renderer_parts(const view_renderer *r)
 const char *view_renderer_part(const view_renderer *r, int i)
 {
     return r->side[0].settings.mode == VIEW_MODEL
-               ? view_model_material(model(r), i)
+               ? view_model_material(r->model, i)
                : "";
 }
 

@@ -44,8 +44,8 @@ bool view_renderer_against(view_renderer *r, const baked_set *set);
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
-/* Sets the model of VIEW_MODEL, instead of the material ball, and of the scene;
- * NULL: none. The caller keeps it until the next call. */
+/* Sets the model of VIEW_MODEL and of the scene; NULL: none. The caller keeps
+ * it until the next call. */
 void view_renderer_model(view_renderer *r, view_model *model);
 
 /* Where pictures are shown: framebuffer 0 at first. */

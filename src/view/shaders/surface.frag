@@ -70,13 +70,13 @@ surface sphere_at(vec2 pixel, out float coverage)
     float miss = length(off), r = ball.w;
     float pixel_step = length(vec2(dFdx(miss), dFdy(miss)));
     float half_chord = sqrt(max((r - miss) * (r + miss), 0.0));
-    coverage = (r - miss) / max(pixel_step * turn.w, 1e-20);
+    coverage = (r - miss) / max(pixel_step * turn.z, 1e-20);
     coverage = clamp(coverage + 0.5, 0.0, 1.0);
     if (dot(to, d) <= half_chord)
         coverage = 0.0; // sphere behind or around the eye
     vec3 n = normalize(off - half_chord * d);
     return surface_at(ball.xyz + r * n, n, -d, half_chord / r, ball_f0.rgb,
-                      widened(ball_albedo.a, n));
+                      ball_albedo.a);
 }
 
 void main()
@@ -154,7 +154,7 @@ surface layer(vec3 n, vec3 f0, float roughness)
     vec3 view = normalize(eye.xyz - at);
     n = normalize(n + max(1e-3 - dot(n, view), 0.0) * view);
     return surface_at(at, n, view, clamp(dot(n, view), 0.0, 1.0), f0,
-                      widened(clamp(roughness, 0.0, 1.0), n));
+                      clamp(roughness, 0.0, 1.0));
 }
 
 void main()
