@@ -184,7 +184,7 @@ static bool load(view_app *app, const view_request *what)
 {
     const char *why;
 
-    switch (view_kind_of(what->path, what->layout, &why)) {
+    switch (view_kind_of(what->path, &why)) {
     case VIEW_KIND_NONE:
         return view_fail("%s: %s", what->path, why);
     case VIEW_KIND_MODEL:
@@ -238,7 +238,7 @@ void view_app_choose(view_app *app, const char *name)
 void view_app_step(view_app *app, int step)
 {
     const char *shown = app->baker ? app->baking : app->path, *why;
-    const view_kind kind = view_kind_of(shown, IBL_INPUT_AUTO, &why);
+    const view_kind kind = view_kind_of(shown, &why);
     char *folder = ibl_need(ibl_path_beside(shown, "."));
     view_folder list = {0};
     int next = -1;
@@ -263,7 +263,7 @@ static bool load_other(view_app *app)
     const view_request what = {.path = app->options->against_set};
     const char *why;
 
-    if (!(view_kind_of(what.path, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP
+    if (!(view_kind_of(what.path, &why) == VIEW_KIND_MAP
               ? view_set_bake(app->ctx, &what, &app->other)
               : view_set_open(app->ctx, &what, &app->other)))
         return false;

@@ -26,8 +26,8 @@ typedef struct view_frame {
                          pixels */
     float lod[4];     /* scale, offset, last level, mapping (baked_set) */
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
-                         (ibl_geometry), yaw of the map in turns, 1 if the
-                         reference has the map's texture */
+                         (ibl_geometry), yaw of the map in turns,
+                         view_environment */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
                                                 environment; their radius */

@@ -278,6 +278,7 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
                        view_frame *f)
 {
     view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
+    f->diffuse[3] = (float)view_set_lit_by(set_of(r, 0));
     if (has_ground(s))
         view_ground_fill(&r->ground, s, set_of(r, 0), r->model, f);
     if (!r->backdrop)
@@ -285,7 +286,6 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
         f->shading[2] = VIEW_BACKDROP_MAP;
     f->diffuse[2] = (float)(set_of(r, 0)->source_yaw / 360);
-    f->diffuse[3] = 1;
 }
 
 /* Captures what is due for the scene; the picture begins anew if that changes

@@ -253,7 +253,7 @@ static bool make_sheet(view_app *app)
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
-    view_screen *screen = view_screen_memory(o->size[0], o->size[1], NULL);
+    const bool screen = view_screen_memory(o->size[0], o->size[1], NULL);
     const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
 
     app->labels = o->labels && !view_picture_is_linear(file);
@@ -267,7 +267,7 @@ static bool draw(view_app *app)
     view_ui_free();
     if (screen)
         view_app_end(app);
-    view_screen_close(screen);
+    view_screen_close();
     return ok;
 }
 
@@ -288,8 +288,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
 
     if (!view_options_may(o))
         return false;
-    const view_kind kind =
-        view_kind_of(o->request.path, o->request.layout, &why);
+    const view_kind kind = view_kind_of(o->request.path, &why);
     if (kind == VIEW_KIND_FOLDER)
         return view_fail("%s: is a folder, not a set: name a file in it",
                          o->request.path);

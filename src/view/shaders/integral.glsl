@@ -16,7 +16,6 @@
 #include "light.glsl"
 
 #ifdef INTEGRAL
-uniform samplerCube environment_map;
 uniform sampler2D aim_tokens; // see view/truth.h
 uniform sampler2DArray aim_chance; // a layer per face
 
@@ -130,11 +129,13 @@ struct patch_of {
     mat3 to_environment;
 };
 
-// The map, constant over each pixel, if it is at hand; else a cube.
+// By view_environment of view/baked_set.h: the map, constant over each pixel,
+// or a cube.
 vec3 light_from(vec3 d)
 {
-    if (diffuse.w == 0.0)
-        return textureLod(environment_map, d, 0.0).rgb;
+    if (diffuse.w != 1.0)
+        return diffuse.w == 0.0 ? textureLod(specular_map, d, 0.0).rgb
+                                : textureLod(sky_map, d, 0.0).rgb;
     ivec2 size = textureSize(backdrop_map, 0);
     ivec2 at = ivec2(place_in_map(d) * vec2(size));
     return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
