@@ -15,29 +15,24 @@
 
 static const double NOTICE_S = 4;
 
-static void notice(view_app *app, bool failed, const char *text)
-{
-    snprintf(app->notice, sizeof app->notice, "%s", text);
-    ibl_one_line(app->notice);
-    app->notice_ends = ibl_now() + (failed ? 3 : 1) * NOTICE_S;
-    app->failed = failed;
-    app->redraw = true;
-}
-
 void view_app_notice(view_app *app, const char *fmt, ...)
 {
-    char text[sizeof app->notice];
     va_list ap;
 
     va_start(ap, fmt);
-    vsnprintf(text, sizeof text, fmt, ap);
+    vsnprintf(app->notice, sizeof app->notice, fmt, ap);
     va_end(ap);
-    notice(app, false, text);
+    ibl_one_line(app->notice);
+    app->notice_ends = ibl_now() + NOTICE_S;
+    app->failed = false;
+    app->redraw = true;
 }
 
 void view_app_notice_failure(view_app *app)
 {
-    notice(app, true, view_last_failure());
+    view_app_notice(app, "%s", view_last_failure());
+    app->notice_ends += 2 * NOTICE_S;
+    app->failed = true;
 }
 
 /* ---- opening ------------------------------------------------------------ */
@@ -171,15 +166,6 @@ static bool load_folder(view_app *app, const char *path)
     return app->files = true;
 }
 
-/* A bake that was started earlier would replace this set. */
-static bool load_set(view_app *app, const view_request *what)
-{
-    if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
-        return false;
-    stop_bake(app);
-    return true;
-}
-
 static bool load(view_app *app, const view_request *what)
 {
     const char *why;
@@ -204,7 +190,11 @@ static bool load(view_app *app, const view_request *what)
     case VIEW_KIND_SET:
         break;
     }
-    return load_set(app, what);
+    if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
+        return false;
+    /* A bake that was started earlier would replace this set. */
+    stop_bake(app);
+    return true;
 }
 
 bool view_app_open(view_app *app, const view_request *what)
@@ -219,7 +209,8 @@ bool view_app_open(view_app *app, const view_request *what)
 
 void view_app_list(view_app *app)
 {
-    char *folder = ibl_need(ibl_path_beside(app->path, "."));
+    const char *shown = app->baker ? app->baking : app->path;
+    char *folder = ibl_need(ibl_path_beside(shown, "."));
 
     if (!load_folder(app, folder))
         view_app_notice_failure(app);
@@ -239,23 +230,17 @@ void view_app_step(view_app *app, int step)
 {
     const char *shown = app->baker ? app->baking : app->path, *why;
     const view_kind kind = view_kind_of(shown, &why);
-    char *folder = ibl_need(ibl_path_beside(shown, "."));
-    view_folder list = {0};
-    int next = -1;
 
-    if (view_folder_read(folder, &list))
-        next = view_folder_step(&list, kind, ibl_path_name(shown), step);
-    if (next < 0) {
+    app->files = false;
+    view_app_list(app);
+    const int next = app->files ? view_folder_step(&app->folder, kind,
+                                                   ibl_path_name(shown), step)
+                                : -1;
+    app->files = false;
+    if (next < 0)
         view_app_notice(app, "there are no others in the folder");
-    } else {
-        const char *name = list.entry[next].name;
-        char *path = ibl_need(ibl_path_beside(shown, name));
-        if (view_app_open(app, &(view_request){.path = path}))
-            view_app_notice(app, "%s", name);
-        free(path);
-    }
-    view_folder_free(&list);
-    free(folder);
+    else
+        view_app_choose(app, app->folder.entry[next].name);
 }
 
 static bool load_other(view_app *app)
@@ -330,28 +315,6 @@ bool view_app_tend(view_app *app)
 
 /* ---- frames -------------------------------------------------------------- */
 
-/* Takes the room of labels off a picture's area; less for small ones. */
-static void take_margins(const view_settings *s, double scale, view_area *area)
-{
-    const int line = (int)(VIEW_LINE * scale), space = line / 3;
-    const bool axes = s->mode == VIEW_SPHERES || s->mode == VIEW_TABLE;
-    const bool names = axes || s->mode == VIEW_SOURCE_MAP ||
-                       (!view_is_lit(s) && s->layout != VIEW_CROSS);
-    const bool two = s->compare || s->false_colour;
-    const bool small = area->width < 24 * line;
-    const int above = (two ? 2 : 1) * line + space;
-    const int below = !small && names ? line : 0;
-
-    if (area->height < 3 * (above + below))
-        return;
-    area->height -= above + below;
-    area->y += below;
-    if (!small && axes) {
-        area->x += 4 * line;
-        area->width -= 4 * line;
-    }
-}
-
 int view_app_panel_width(const view_app *app)
 {
     return (int)fmin(330 * app->scale, 0.6 * app->width);
@@ -359,11 +322,23 @@ int view_app_panel_width(const view_app *app)
 
 view_area view_app_area(const view_app *app)
 {
-    const int right = app->panel ? view_app_panel_width(app) : 0;
-    view_area a = {0, 0, app->width - right, app->height};
+    const view_settings *s = &app->side[0];
+    const int line = (int)(VIEW_LINE * app->scale);
+    const int panel = app->panel ? view_app_panel_width(app) : 0;
+    view_area a = {0, 0, app->width - panel, app->height};
+    const bool small = a.width < 24 * line;
+    const bool axes = s->mode == VIEW_SPHERES || s->mode == VIEW_TABLE;
+    const bool names = axes || s->mode == VIEW_SOURCE_MAP ||
+                       (!view_is_lit(s) && s->layout != VIEW_CROSS);
+    const int above = (s->compare || s->false_colour ? 2 : 1) * line + line / 3;
+    const int below = !small && names ? line : 0;
 
-    if (app->labels)
-        take_margins(&app->side[0], app->scale, &a);
+    if (!app->labels || a.height < 3 * (above + below))
+        return a;
+    a.x = !small && axes ? 4 * line : 0;
+    a.y = below;
+    a.width -= a.x;
+    a.height -= above + below;
     return a;
 }
 

@@ -51,7 +51,7 @@ typedef struct view_app {
     const char *caption;     /* of a sheet's picture, or NULL */
     char errors[80];         /* of what is compared */
     int judged;              /* samples of the reference that they are of */
-    double frame_ms, gpu_ms;
+    double frame_ms;
     view_stats stats;
     GLuint target;      /* framebuffer */
     char notice[400];   /* "": none */

@@ -157,19 +157,6 @@ static void on_size(GLFWwindow *window, int width, int height)
     app->redraw = true;
 }
 
-static void listen(GLFWwindow *window)
-{
-    glfwSetCharCallback(window, on_character);
-    glfwSetKeyCallback(window, on_key);
-    glfwSetCursorPosCallback(window, on_move);
-    glfwSetMouseButtonCallback(window, on_button);
-    glfwSetCursorEnterCallback(window, on_enter);
-    glfwSetScrollCallback(window, on_wheel);
-    glfwSetDropCallback(window, on_drop);
-    glfwSetWindowRefreshCallback(window, on_refresh);
-    glfwSetFramebufferSizeCallback(window, on_size);
-}
-
 /* ---- the window ---------------------------------------------------------- */
 
 /* No depth, no samples: only finished pictures are drawn here. */
@@ -208,7 +195,15 @@ static bool open_window(view_app *app)
     if (!view_gl_load(glfwGetProcAddress))
         return false;
     glfwSwapInterval(1);
-    listen(app->window);
+    glfwSetCharCallback(app->window, on_character);
+    glfwSetKeyCallback(app->window, on_key);
+    glfwSetCursorPosCallback(app->window, on_move);
+    glfwSetMouseButtonCallback(app->window, on_button);
+    glfwSetCursorEnterCallback(app->window, on_enter);
+    glfwSetScrollCallback(app->window, on_wheel);
+    glfwSetDropCallback(app->window, on_drop);
+    glfwSetWindowRefreshCallback(app->window, on_refresh);
+    glfwSetFramebufferSizeCallback(app->window, on_size);
     glfwGetFramebufferSize(app->window, &width, &height);
     on_size(app->window, width, height);
     glfwGetCursorPos(app->window, &x, &y);
@@ -241,12 +236,12 @@ static bool draw(view_app *app)
     if (!view_app_draw(app, true))
         return false;
     view_labels_draw(app);
-    app->gpu_ms = view_gl_time_end();
+    const double gpu_ms = view_gl_time_end();
     gl.Finish();
     app->frame_ms = 1e3 * (ibl_now() - begun);
     glfwSwapBuffers(app->window);
     if (app->options->stats && app->set) {
-        view_stats_add(&app->stats, app->frame_ms, app->gpu_ms);
+        view_stats_add(&app->stats, app->frame_ms, gpu_ms);
         view_stats_tell(&app->stats, app->renderer, &app->side[0]);
     }
     snprintf(title, sizeof title, "%s | %.1f ms",
@@ -254,19 +249,6 @@ static bool draw(view_app *app)
     ibl_one_line(title);
     glfwSetWindowTitle(app->window, title);
     return true;
-}
-
-/* Handles events; waits for one if nothing else is to do. False: the window
- * should close. */
-static bool poll(view_app *app)
-{
-    if (app->redraw || goes_on(app))
-        glfwPollEvents();
-    else if (app->baker || app->notice[0])
-        glfwWaitEventsTimeout(BAKING_S);
-    else
-        glfwWaitEvents();
-    return !glfwWindowShouldClose(app->window) && !app->quit;
 }
 
 static bool loop(view_app *app)
@@ -277,7 +259,13 @@ static bool loop(view_app *app)
     for (;;) {
         if ((app->redraw || goes_on(app)) && !draw(app))
             return false;
-        if (!poll(app))
+        if (app->redraw || goes_on(app))
+            glfwPollEvents();
+        else if (app->baker || app->notice[0])
+            glfwWaitEventsTimeout(BAKING_S);
+        else
+            glfwWaitEvents();
+        if (glfwWindowShouldClose(app->window) || app->quit)
             return true;
         if (!view_app_tend(app))
             return false;

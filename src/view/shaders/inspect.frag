@@ -131,15 +131,7 @@ vec4 channel(vec4 c) {
 
 // R and G, interpolated between texel centres.
 vec2 table(vec2 p) {
-    ivec2 last = textureSize(lut_map, 0) - 1;
-    p = clamp(p - 0.5, vec2(0.0), vec2(last));
-    ivec2 a = ivec2(p);
-    ivec2 b = min(a + 1, last);
-    vec2 f = p - vec2(a);
-    return mix(mix(texelFetch(lut_map, a, 0).rg,
-                   texelFetch(lut_map, ivec2(b.x, a.y), 0).rg, f.x),
-               mix(texelFetch(lut_map, ivec2(a.x, b.y), 0).rg,
-                   texelFetch(lut_map, b, 0).rg, f.x), f.y);
+    return textureLod(lut_map, p / vec2(textureSize(lut_map, 0)), 0.0).rg;
 }
 
 // Part of a pixel that the lines at 0.1, 0.2, .. 0.9 of R and G cover, from the
