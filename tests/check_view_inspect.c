@@ -362,7 +362,7 @@ TEST(lines_are_at_values)
             const int x = n % MOST, y = n / MOST;
             const double u = (x / 4 + 0.5) / 64, v = (y / 4 + 0.5) / 64;
             const float want[3] = {(float)(ramp[0] + ramp[1] * u),
-                                    (float)(0.5 - ramp[2] + ramp[2] * v)};
+                                   (float)(0.5 - ramp[2] + ramp[2] * v)};
             const double r =
                 from_line(ramp[0] + ramp[1] * (x + 0.5) / MOST, ramp[1]);
             const double g =

@@ -479,4 +479,6 @@ void view_ui_app(view_app *app)
         show_progress(app);
     if (app->notice[0])
         show_notice(app);
+    // A release that came with the press is seen by the next frame.
+    app->redraw |= ImGui::IsAnyMouseDown();
 }

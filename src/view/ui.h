@@ -33,8 +33,8 @@ bool view_ui_has_keys(void);
 void view_ui_begin(int width, int height);
 void view_ui_end(unsigned framebuffer);
 
-/* Draws text, in which \n ends a line, so that a point of it, in fractions of its size from its upper
- * left, is at x, y. */
+/* Draws text, in which \n ends a line, so that a point of it, in fractions of
+ * its size from its upper left, is at x, y. */
 void view_ui_text(double x, double y, const double point[2], const char *text);
 /* A scale of that size with its values below: false colours with their stops
  * or, if most is above 0, greys from 0 to most. */
