@@ -50,32 +50,26 @@ ImDrawList *page()
 // ---- OpenGL ----------------------------------------------------------------
 
 // ImGui ends the program where it fails to read a file.
-void add_font(float size)
+void make_font()
 {
     ImFontAtlas *fonts = ImGui::GetIO().Fonts;
     const int file = open(font_file, O_RDONLY);
     struct stat st = {};
     ImFontConfig own;
+    unsigned char *pixels = nullptr;
+    int width = 0, height = 0;
 
     fstat(file, &st);
     void *font =
         mmap(nullptr, (size_t)st.st_size, PROT_READ, MAP_PRIVATE, file, 0);
     close(file);
     own.FontDataOwnedByAtlas = false;
-    own.SizePixels = size;
+    own.SizePixels = floorf(text_units * ui.scale + 0.5F);
     if (font == MAP_FAILED)
         fonts->AddFontDefault(&own);
     else
-        fonts->AddFontFromMemoryTTF(font, (int)st.st_size, size, &own);
-}
-
-void make_font()
-{
-    ImFontAtlas *fonts = ImGui::GetIO().Fonts;
-    unsigned char *pixels = nullptr;
-    int width = 0, height = 0;
-
-    add_font(floorf(text_units * ui.scale + 0.5F));
+        fonts->AddFontFromMemoryTTF(font, (int)st.st_size, own.SizePixels,
+                                    &own);
     fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
     gl.GenTextures(1, &ui.font);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, ui.font);
