@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs iblview in a window as a user would, on a display of its own: keys,
-# mouse, wheel, another size, files that are dropped, and the ways out. What the window shows must be what --offscreen writes. BUILD
-# names the build.
+# mouse, wheel, another size, files that are dropped, and the ways out. What the
+# window shows must be what --offscreen writes. BUILD names the build.
 set -u
 . tests/lib.sh
 [ -x "$build/iblview" ] || skip_all 'iblview was not built'
