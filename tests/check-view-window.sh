@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs iblview in a window as a user would, on a display of its own: keys,
-# mouse, wheel, another size, files that are dropped, and the ways out. What the window shows must be what --offscreen writes. BUILD
-# names the build.
+# mouse, wheel, another size, files that are dropped, and the ways out. What the
+# window shows must be what --offscreen writes. BUILD names the build.
 set -u
 . tests/lib.sh
 [ -x "$build/iblview" ] || skip_all 'iblview was not built'
@@ -142,25 +142,45 @@ test_opens_and_equals_offscreen() {
     same first.png off.png
 }
 
-# As from the keyboard and as from another program.
-test_keys() {
-    xdotool mousemove --window "$window" 100 100 key e key e
-    snap keys.png
-    still off.png --size 320x240 --ev 0.5 baked
-    same keys.png off.png 'two quarter stops up'
-    press t m bracketright
-    snap keys.png
-    still off.png --size 320x240 --ev 0.5 --tone agx --mode levels --level 1 \
-        baked
-    same keys.png off.png 'tone, mode and level'
-    # What changes nothing says why.
-    press n Escape o
-    away
-    within not_shown off.png || echo 'a key without effect says nothing'
+# Keys and the mouse, as xdotool has them, make the picture of options. 60 of
+# the 218 pixels that labels leave are 60/218 of half a turn.
+test_states() {
+    local acts options
+    while IFS='|' read -r acts options; do
+        eval "xdotool mousemove --window $window 100 100 $acts"
+        snap state.png
+        eval "still off.png --size 320x240 $options baked"
+        same state.png off.png "$acts"
+        press Home
+    done <<'END'
+key e key e|--ev 0.5
+key t key m key bracketright|--tone agx --mode levels --level 1
+key C key d|--against '--diffuse map' --diffuse auto
+mousedown 3 mousemove_relative 109 0 mouseup 3|--turn 90
+mousedown 1 mousemove_relative 20 0 mousemove_relative 20 0 mousemove_relative 20 0 mouseup 1 mousemove_relative 30 30|--yaw -49.541284403669728
+END
+    xdotool click 4
+    snap near.png
+    other near.png first.png 'after the wheel'
     press Home
     snap again.png
     same again.png first.png 'after Home'
-    # No picture is written over another one.
+}
+
+# The list of keys, the panel, and why a key changes nothing.
+test_shown_until_escape() {
+    local key
+    for key in question P o; do
+        press $key
+        away
+        within not_shown first.png || echo "$key shows nothing"
+        press Escape
+        on_screen first.png
+    done
+}
+
+# No picture is written over another one.
+test_pictures_are_kept() {
     touch iblview-{001..999}.png
     press p
     away
@@ -172,62 +192,31 @@ test_keys() {
     on_screen first.png
 }
 
-# Two states, of which the right one has other diffuse light.
-test_sides() {
-    press C d
-    snap sides.png
-    still off.png --size 320x240 --against '--diffuse map' --diffuse auto baked
-    same sides.png off.png
-    press Home Escape
-    away
-    on_screen first.png
-}
-
-test_help() {
-    away
-    press question
-    within not_shown first.png || echo '? shows no list'
-    press Escape
-    on_screen first.png
-}
-
 test_texel_under_the_pointer() {
-    xdotool mousemove --window "$window" 5 5
-    within not_shown first.png || echo 'no texel is read out'
+    press m
+    xdotool mousemove --window "$window" 160 120
+    snap level.png
+    within not_shown level.png || echo 'no texel is read out'
     away
-    on_screen first.png
+    on_screen level.png
+    press Home Escape
 }
 
-# 60 of the 218 pixels that labels leave are 60/218 of half a turn.
-test_mouse() {
-    xdotool mousemove --window "$window" 100 100 mousedown 1 \
-        mousemove_relative 20 0 mousemove_relative 20 0 \
-        mousemove_relative 20 0 mouseup 1 mousemove_relative 30 30
-    snap dragged.png
-    still off.png --size 320x240 --yaw -49.541284403669728 baked
-    same dragged.png off.png 'dragged by 60 pixels'
-    press Home
-    xdotool mousemove --window "$window" 100 100 mousedown 3 \
-        mousemove_relative 20 0 mouseup 3
-    snap turned.png
-    other turned.png first.png 'after a right drag'
-    press Home
-    xdotool click 4
-    snap near.png
-    other near.png first.png 'after the wheel'
-    press Home
-    snap again.png
-    same again.png first.png 'after Home'
-}
-
+# It takes the pointer: a drag over it turns nothing, and its button "Keys"
+# shows the list, which the first Escape takes away.
 test_panel() {
     press P
+    xdotool mousemove --window "$window" 270 120 sleep 1 mousedown 1 \
+        mousemove_relative 0 60 mouseup 1
+    xdotool mousemove --window "$window" 270 18 sleep 1 click 1 sleep 1
     away
-    within not_shown first.png || echo 'P shows no panel'
+    press Escape
+    within not_shown first.png || echo 'the button shows no keys'
     press Escape
     on_screen first.png
 }
 
+# Another size, and back; hidden, and shown.
 test_resize() {
     xdotool windowsize --sync "$window" 400 300
     still off.png --size 400x300 baked
@@ -237,9 +226,6 @@ test_resize() {
     same larger.png off.png
     xdotool windowsize --sync "$window" 320 240
     on_screen first.png
-}
-
-test_uncovered() {
     xdotool windowunmap --sync "$window"
     xdotool windowmap --sync "$window"
     on_screen first.png
@@ -282,31 +268,28 @@ test_quit() {
     [ ! -s said ] || echo "says: $(cat said)"
 }
 
-# probes N: baked ones, in `probes`.
-probes() {
-    local i probe list=
-    for ((i = 0; i < $1; i++)); do
-        probe='"position": [0, 1, 0], "capture": {"equirect": "env.exr"},
-            "influence": {"box": {"centre": [0, 1, 0], "half": [3, 3, '$i.5']}}'
-        list="$list${list:+, }{\"name\": \"$i\", $probe}"
-    done
-    echo '{"version": 1, "defaults": {"size": 16}, "probes": ['"$list]}" \
-        >probes.json
-    iblbake probes -q probes.json -o probes
+# Baked probes: one, and what is around it.
+two() {
+    [ ! -d two ] || return
+    cat >two.json <<'END'
+{"version": 1, "defaults": {"size": 16}, "global":
+ {"capture": {"equirect": "sun.hdr"}}, "probes": [{"name": "a", "position":
+ [0, 1, 0], "capture": {"equirect": "env.exr"}, "influence":
+ {"box": {"centre": [0, 1, 0], "half": [3, 3, 3]}}}]}
+END
+    iblbake probes -q two.json -o two
 }
 # Of the scene; what is dropped there takes their place, but not what is broken.
 test_baked_probes() {
-    probes 340
-    open baked --mode scene --probe-size 16 --probe-set probes/index.json ||
-        return
+    two
+    open baked --mode scene --probe-size 16 --probe-set two/index.json || return
     shows 'env | '
     mkdir bad
     echo '{' >bad/index.json
     : >said
     desktop "$window" drop "file://$work/bad/index.json"
     within grep -q 'bad/index.json:.*no JSON' said || cat said
-    probes 4
-    desktop "$window" drop "file://$work/probes/index.json"
+    desktop "$window" drop "file://$work/two/index.json"
     shows 'env | '
     quits
 }
@@ -327,13 +310,7 @@ test_folder() {
 
 # A key shows the next layer, up to the last.
 test_arrays() {
-    cat >two.json <<'END'
-{"version": 1, "defaults": {"size": 16}, "global":
- {"capture": {"equirect": "sun.hdr"}}, "probes": [{"name": "a", "position":
- [0, 0, 0], "capture": {"equirect": "env.exr"}, "influence":
- {"sphere": {"centre": [0, 0, 0], "radius": 1}}}]}
-END
-    iblbake probes -q two.json -o two
+    two
     still second.png --size 320x240 two --array-layer 1
     open two || return
     press a
@@ -412,8 +389,8 @@ verdict 'bakes' "$(baked env.exr)"
 start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
-    run keys sides help texel_under_the_pointer mouse panel resize \
-        uncovered drop quit baked_probes folder arrays map stalled_pipe \
+    run states shown_until_escape pictures_are_kept texel_under_the_pointer \
+        panel resize drop quit baked_probes folder arrays map stalled_pipe \
         fine_display
 fi
 stop_server

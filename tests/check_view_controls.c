@@ -12,8 +12,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/gl.h"
-#include "view/key_bindings.h"
-#include "view/labels.h"
 #include "view/ui.h"
 
 enum {
@@ -70,6 +68,7 @@ static void begin(void)
     on.model = view_model_create(ctx, &scene, path);
     ibl_scene_free(&scene);
     NEED(on.model);
+    view_renderer_model(on.renderer, on.model);
 }
 
 /* Framebuffer 0, to be freed. */
@@ -106,8 +105,12 @@ static void prepare(view_settings *s, const view_control *c, int mode)
         s->probes = 4;
     if (c->where & VIEW_NEED_K)
         s->probe_choice = VIEW_PROBES_NEAREST_K;
+    if (c->where & VIEW_NEED_MATERIAL)
+        s->override = VIEW_MATERIAL;
     if (!strcmp(c->option.name, "probe-choice"))
         s->probes = 9;
+    if (!strcmp(c->option.name, "seams"))
+        s->yaw = 45; /* the square mirrors an edge of the cube */
 }
 
 /* Another value of a setting; false: there are no more. */
@@ -196,7 +199,6 @@ TEST(each_setting_changes_the_picture)
     begin();
     for (int i = 0; (c = view_control_at(i)); i++)
         for (int mode = 0; mode < VIEW_MODES; mode++) {
-            const bool file = c->where & VIEW_NEED_FILE;
             if (!(c->where >> mode & 1) || c->where & VIEW_NEED_WINDOW ||
                 !strcmp(c->option.name, "array-layer") ||
                 ((mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP) &&
@@ -204,7 +206,6 @@ TEST(each_setting_changes_the_picture)
                                 VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE)) &&
                  c->where & (VIEW_NEED_SPLIT | VIEW_NEED_DIFFERENCE)))
                 continue;
-            view_renderer_model(on.renderer, file ? on.model : NULL);
             if (getenv("DBG"))
                 fprintf(stderr, "%s %s\n", c->option.name,
                         view_mode_names[mode]);
@@ -239,16 +240,18 @@ static int words_of(const view_control *c, char *words[2])
 TEST(others_are_refused)
 {
     static char name[] = "map", picture[] = "--offscreen", png[] = "x.png",
-                mode[] = "--mode";
+                mode[] = "--mode", model_option[] = "--model";
     const view_control *c;
 
     for (int i = 1; (c = view_control_at(i)); i++)
         for (int m = 0; m < VIEW_MODES; m++) {
-            char *words[9] = {name, picture, png, mode,
-                              (char *)view_mode_names[m]};
+            char *words[11] = {name, picture, png, mode,
+                               (char *)view_mode_names[m]};
             view_options o;
             int status;
-            words_of(c, words + 5);
+            const int count = 5 + words_of(c, words + 5);
+            if (m == VIEW_MODEL)
+                words[count] = model_option, words[count + 1] = picture + 2;
             view_test_catch();
             const bool ok = view_options_parse(words, &o, &status);
             const char *said = view_test_caught();
@@ -389,12 +392,11 @@ TEST(text_stays_in_its_box)
         W = 320,
         H = 80
     };
-    double w, h;
+    const double w = 160, h = 36; /* at most, of the text below */
     int ink = 0, outside = 0;
 
     begin_ui(W, H);
     view_ui_begin(W, H);
-    view_ui_measure("roughness 0.25, W\nw", &w, &h);
     view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
     view_ui_end(0);
     unsigned char *rgb = view_picture_read(0, W, H, 3);
@@ -447,6 +449,8 @@ TEST(labels_are_beside_the_picture)
     view_app app;
 
     for (int i = 0; i < 2 * VIEW_MODES; i++) {
+        if (i / 2 == VIEW_MODEL)
+            continue; /* as spheres, without axes */
         view_test_app(&app, &options, W, H);
         begin_ui(W, H);
         app.renderer = view_renderer_create();
@@ -482,44 +486,4 @@ TEST(labels_are_beside_the_picture)
         free(after);
         view_renderer_free(app.renderer);
     }
-}
-
-/* A press on the panel's row of buttons, and on a box of it. */
-TEST(panel_takes_the_pointer)
-{
-    enum {
-        W = 800,
-        H = 600
-    };
-    view_options options;
-    view_app app;
-    bool help = false, hidden = false, sliding = false;
-
-    view_test_app(&app, &options, W, H);
-    begin_ui(W, H);
-    app.renderer = view_renderer_create();
-    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
-    for (int i = 0; i < 80 * 3; i++) {
-        /* along the buttons, then down the controls */
-        const int n = i / 3;
-        const double x = W - 330 + (n < 26 ? 8 + 8 * n : 100);
-        const double y = n < 26 ? 18 : 40 + 10 * (n - 26);
-        const double turn = app.side[0].metallic[1];
-        app.panel = true;
-        view_ui_pointer(x, y, i % 3 == 1);
-        view_labels_draw(&app);
-        help = help || app.help;
-        hidden = hidden || !app.panel;
-        sliding = sliding || app.side[0].metallic[1] < turn ||
-                  app.side[0].roughness[0] > 0;
-        app.help = app.files = false;
-    }
-    CHECK(help && hidden && sliding);
-    CHECK(view_ui_has_pointer());
-    view_ui_pointer(20, 300, false);
-    view_labels_draw(&app);
-    view_labels_draw(&app);
-    CHECK(!view_ui_has_pointer());
-    view_renderer_free(app.renderer);
-    view_folder_free(&app.folder);
 }

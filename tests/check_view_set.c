@@ -192,8 +192,7 @@ TEST(kinds_and_folders)
         file_built("iblbake"), sets_file(), sets_file()));
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         const bool in = all[i].name[0] == 'd';
-        const view_kind kind = view_kind_of(in ? file_path(all[i].name) : "-",
-                                            IBL_INPUT_AUTO, &why);
+        const view_kind kind = view_kind_of(in ? file_path(all[i].name) : "-", &why);
         CHECK_MSG(kind == all[i].kind && !why == (kind != VIEW_KIND_NONE),
                   "%s: %d", all[i].name, kind);
     }
@@ -212,8 +211,7 @@ TEST(kinds_and_folders)
     CHECK(!view_folder_read(file_path("d/nowhere"), &f) && !f.entry);
     CHECK(strstr(view_test_caught(), "nowhere: cannot be listed"));
     const char *shipped = view_shipped_map();
-    CHECK(shipped &&
-          view_kind_of(shipped, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP);
+    CHECK(shipped && view_kind_of(shipped, &why) == VIEW_KIND_MAP);
 }
 
 /* The map is read once, though its file may be gone by then. */

@@ -247,7 +247,7 @@ TEST(a_model_stands_in_the_room)
     int bad = 0, ball = 0;
 
     begin();
-    on.guest = view_model_ball();
+    on.guest = shade_ball();
     NEED(on.guest);
     for (int i = 0; i < 2; i++) {
         draw(1);

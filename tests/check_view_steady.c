@@ -17,7 +17,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/app.h"
-#include "view/labels.h"
 #include "view/ui.h"
 
 enum {

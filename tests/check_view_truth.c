@@ -415,15 +415,7 @@ TEST(chances)
     double all = 0, mean = 0, before = 0;
     int *tokens = test_alloc((size_t)count, sizeof *tokens), given = 0;
     test_random random = {3};
-    float(*rgba)[4] = test_alloc((size_t)count, sizeof *rgba);
-    const ibl_texture cube = {.pixel = IBL_PIXEL_RGBA32F,
-                              .width = edge,
-                              .height = edge,
-                              .levels = 1,
-                              .layers = 1,
-                              .faces = IBL_FACES,
-                              .bytes = (size_t)count * sizeof *rgba,
-                              .data = (unsigned char *)rgba};
+    float(*rgb)[3] = test_alloc((size_t)count, sizeof *rgb);
     view_aim aim;
 
     for (int i = 0; i < 2 * count; i++) {
@@ -431,12 +423,12 @@ TEST(chances)
         const double angle =
             ibl_cube_solid_angle(edge, at % edge, at / edge % edge);
         if (i < count) {
-            rgba[at][0] = (float)pow(test_random_unit(&random), 4);
-            mean += (double)rgba[at][0] * angle / (4 * M_PI);
+            rgb[at][0] = (float)pow(test_random_unit(&random), 4);
+            mean += (double)rgb[at][0] * angle / (4 * M_PI);
         } else
-            all += light[at] = fmax((double)rgba[at][0] - mean, 0) * angle;
+            all += light[at] = fmax((double)rgb[at][0] - mean, 0) * angle;
     }
-    view_aim_make(&cube, &aim);
+    view_aim_make(edge, *rgb, &aim);
     NEED(aim.edge == edge);
     for (int i = 0; i < VIEW_AIM_TOKENS; i++)
         tokens[(int)aim.tokens[i]]++;

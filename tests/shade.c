@@ -175,6 +175,42 @@ float *shade_draw(const baked_set *set, const view_settings *s)
     return shade_read(0);
 }
 
+view_model *shade_ball(void)
+{
+    enum {
+        ROWS = 48,
+        ACROSS = 2 * ROWS + 1 /* the seam has two columns of vertices */
+    };
+    static float position[(ROWS + 1) * ACROSS][3];
+    static uint32_t index[6 * ROWS * 2 * ROWS];
+    ibl_scene_material material = ibl_scene_material_default();
+    ibl_scene_primitive primitive = {.vertex_count = (ROWS + 1) * ACROSS,
+                                     .position = position[0],
+                                     .normal = position[0],
+                                     .index = index};
+    ibl_scene_draw draw = {.to_world = {[0] = 1, [5] = 1, [10] = 1, [15] = 1}};
+    ibl_scene scene = {.primitives = &primitive,
+                       .materials = &material,
+                       .draws = &draw,
+                       .primitive_count = 1,
+                       .material_count = 1,
+                       .draw_count = 1,
+                       .bounds = {{-1, -1, -1}, {1, 1, 1}}};
+
+    for (uint32_t i = 0; i < primitive.vertex_count; i++) {
+        const double theta = M_PI * (i / ACROSS) / ROWS;
+        const double phi = M_PI * (i % ACROSS) / ROWS;
+        position[i][0] = (float)(sin(theta) * sin(phi));
+        position[i][1] = (float)cos(theta);
+        position[i][2] = (float)(sin(theta) * cos(phi));
+        for (int k = 0; k < 6 && i / ACROSS < ROWS && i % ACROSS + 1 < ACROSS;
+             k++)
+            index[primitive.index_count++] =
+                i + (const uint32_t[]){0, ACROSS, 1, 1, ACROSS, ACROSS + 1}[k];
+    }
+    return view_model_create(NULL, &scene, "a ball");
+}
+
 int shade_material(const char *name)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)

@@ -188,23 +188,32 @@ static ibl_scene_texture *texture_at(ibl_scene_material *m, int i)
     return (ibl_scene_texture *)(void *)((char *)m + textures[i].at);
 }
 
+ibl_scene_material ibl_scene_material_default(void)
+{
+    static char unnamed[] = "";
+    ibl_scene_material m = {.name = unnamed,
+                            .base_colour = {1, 1, 1, 1},
+                            .metallic = 1,
+                            .roughness = 1,
+                            .normal_scale = 1,
+                            .occlusion_strength = 1,
+                            .alpha_cutoff = 0.5f,
+                            .ior = 1.5f,
+                            .specular = 1,
+                            .specular_colour = {1, 1, 1},
+                            .clearcoat_normal_scale = 1};
+
+    for (int i = 1; i < IBL_SCENE_TEXCOORDS; i++)
+        m.sets[i] = -1;
+    for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
+        *texture_at(&m, (int)i) = no_texture;
+    return m;
+}
+
 static void set_default(ibl_scene_material *m, const char *name)
 {
-    *m = (ibl_scene_material){.name = ibl_need(strdup(name ? name : "")),
-                              .base_colour = {1, 1, 1, 1},
-                              .metallic = 1,
-                              .roughness = 1,
-                              .normal_scale = 1,
-                              .occlusion_strength = 1,
-                              .alpha_cutoff = 0.5f,
-                              .ior = 1.5f,
-                              .specular = 1,
-                              .specular_colour = {1, 1, 1},
-                              .clearcoat_normal_scale = 1};
-    for (int i = 1; i < IBL_SCENE_TEXCOORDS; i++)
-        m->sets[i] = -1;
-    for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
-        *texture_at(m, (int)i) = no_texture;
+    *m = ibl_scene_material_default();
+    m->name = ibl_need(strdup(name ? name : m->name));
 }
 
 static void read_factors(ibl_json_at at, ibl_scene_material *m)

@@ -74,6 +74,9 @@ typedef struct ibl_scene_material {
     ibl_scene_texture transmission_texture;    /* R */
 } ibl_scene_material;
 
+/* Without a name, textures and any extension. */
+ibl_scene_material ibl_scene_material_default(void);
+
 /* Triangles of one material. */
 typedef struct ibl_scene_primitive {
     int material; /* an index; never -1: glTF's default is the last one */

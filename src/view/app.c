@@ -11,34 +11,28 @@
 #include "common/path.h"
 #include "common/process.h"
 #include "common/signals.h"
-#include "view/inspect.h"
 #include "view/message.h"
 
 static const double NOTICE_S = 4;
 
-static void notice(view_app *app, bool failed, const char *text)
-{
-    snprintf(app->notice, sizeof app->notice, "%s", text);
-    ibl_one_line(app->notice);
-    app->notice_ends = ibl_now() + (failed ? 3 : 1) * NOTICE_S;
-    app->failed = failed;
-    app->redraw = true;
-}
-
 void view_app_notice(view_app *app, const char *fmt, ...)
 {
-    char text[sizeof app->notice];
     va_list ap;
 
     va_start(ap, fmt);
-    vsnprintf(text, sizeof text, fmt, ap);
+    vsnprintf(app->notice, sizeof app->notice, fmt, ap);
     va_end(ap);
-    notice(app, false, text);
+    ibl_one_line(app->notice);
+    app->notice_ends = ibl_now() + NOTICE_S;
+    app->failed = false;
+    app->redraw = true;
 }
 
 void view_app_notice_failure(view_app *app)
 {
-    notice(app, true, view_last_failure());
+    view_app_notice(app, "%s", view_last_failure());
+    app->notice_ends += 2 * NOTICE_S;
+    app->failed = true;
 }
 
 /* ---- opening ------------------------------------------------------------ */
@@ -56,6 +50,10 @@ void view_app_fit(view_app *app)
 
     for (int i = 0; i < 2; i++) {
         view_settings *s = &app->side[i];
+        if (s->mode == VIEW_MODEL && !app->model) {
+            s->mode = VIEW_SPHERES;
+            view_app_notice(app, "there is no model: open a .gltf or .glb");
+        }
         if (!app->set->path[VIEW_SPECULAR]) /* a map's */
             s->layer = 0;
         if (s->level >= levels)
@@ -75,12 +73,13 @@ void view_app_fit(view_app *app)
         }
     }
     view_controls_share(&app->side[0], &app->side[1]);
+    app->edited = app->side[0].compare ? app->edited : 0;
     app->redraw = true;
 }
 
 unsigned view_app_facts(const view_app *app)
 {
-    return view_facts(&app->side[app->edited], app->model, app->probes, NULL);
+    return view_facts(&app->side[app->edited], app->probes, NULL);
 }
 
 /* Shows the set in the free slot. If that fails, restores the previous set and
@@ -96,7 +95,6 @@ static bool show(view_app *app, const view_request *what)
         return false;
     }
     app->set = set;
-    app->drew = false;
     view_set_free(free_slot(app)); /* the previous set */
     app->side[0].layer = set->layer;
     view_app_fit(app);
@@ -125,7 +123,6 @@ static bool start_bake(view_app *app, const view_request *what)
     app->baker = view_baker_start(&own);
     app->baked = 0;
     snprintf(app->stage, sizeof app->stage, "starting");
-    app->redraw = true;
     return app->baker;
 }
 
@@ -134,7 +131,6 @@ static bool load_model(view_app *app, const char *path)
     ibl_scene scene;
     view_model *model = NULL;
 
-    snprintf(app->model_path, sizeof app->model_path, "%s", path);
     if (!ibl_scene_read(app->ctx, path, false, &scene))
         model = view_model_create(app->ctx, &scene, path);
     ibl_scene_free(&scene);
@@ -143,7 +139,6 @@ static bool load_model(view_app *app, const char *path)
     view_renderer_model(app->renderer, model);
     view_model_free(app->model);
     app->model = model;
-    app->redraw = true;
     return true;
 }
 
@@ -156,21 +151,11 @@ static bool load_probes(view_app *app, const char *index)
     view_renderer_probes(app->renderer, set);
     view_probe_set_free(app->probes);
     app->probes = set;
-    app->redraw = true;
-    return true;
-}
-
-static bool open_model(view_app *app, const char *path)
-{
-    if (!load_model(app, path))
-        return false;
-    app->side[0].mode = VIEW_MODEL;
-    view_app_fit(app);
     return true;
 }
 
 /* Shows the list of files of a folder. */
-static bool open_folder(view_app *app, const char *path)
+static bool load_folder(view_app *app, const char *path)
 {
     view_folder folder;
 
@@ -178,24 +163,26 @@ static bool open_folder(view_app *app, const char *path)
         return false;
     view_folder_free(&app->folder);
     app->folder = folder;
-    app->files = app->redraw = true;
-    return true;
+    return app->files = true;
 }
 
-bool view_app_open(view_app *app, const view_request *what)
+static bool load(view_app *app, const view_request *what)
 {
     const char *why;
-    const view_kind kind = view_kind_of(what->path, what->layout, &why);
 
-    switch (kind) {
+    switch (view_kind_of(what->path, &why)) {
     case VIEW_KIND_NONE:
         return view_fail("%s: %s", what->path, why);
     case VIEW_KIND_MODEL:
-        return open_model(app, what->path);
+        if (!load_model(app, what->path))
+            return false;
+        app->side[0].mode = VIEW_MODEL;
+        view_app_fit(app);
+        return true;
     case VIEW_KIND_MAP:
         return start_bake(app, what);
     case VIEW_KIND_FOLDER:
-        return open_folder(app, what->path);
+        return load_folder(app, what->path);
     case VIEW_KIND_PROBES:
         if (app->set && app->side[0].mode == VIEW_SCENE)
             return load_probes(app, what->path);
@@ -210,48 +197,50 @@ bool view_app_open(view_app *app, const view_request *what)
     return true;
 }
 
-bool view_app_list(view_app *app)
+bool view_app_open(view_app *app, const view_request *what)
 {
-    char *folder = ibl_need(ibl_path_beside(app->path, ""));
-    const bool ok = open_folder(app, *folder ? folder : ".");
+    const bool ok = load(app, what);
 
-    free(folder);
+    if (!ok)
+        view_app_notice_failure(app);
+    app->redraw = true;
     return ok;
+}
+
+void view_app_list(view_app *app)
+{
+    const char *shown = app->baker ? app->baking : app->path;
+    char *folder = ibl_need(ibl_path_beside(shown, "."));
+
+    if (!load_folder(app, folder))
+        view_app_notice_failure(app);
+    free(folder);
 }
 
 void view_app_choose(view_app *app, const char *name)
 {
-    char *path = ibl_need(ibl_format("%s/%s", app->folder.path, name));
+    char *path = ibl_need(ibl_path_join(app->folder.path, name));
 
     app->files = false;
-    if (!view_app_open(app, &(view_request){.path = path}))
-        view_app_notice_failure(app);
+    view_app_open(app, &(view_request){.path = path});
     free(path);
 }
 
 void view_app_step(view_app *app, int step)
 {
-    const char *shown = app->baker ? app->baking : app->path;
-    char *folder = ibl_need(ibl_path_beside(shown, ""));
-    const char *name = ibl_path_name(shown), *why;
-    const view_kind kind = view_kind_of(shown, IBL_INPUT_AUTO, &why);
-    view_folder list = {0};
-    int next = -1;
+    const char *shown = app->baker ? app->baking : app->path, *why;
+    const view_kind kind = view_kind_of(shown, &why);
 
-    if (view_folder_read(*folder ? folder : ".", &list))
-        next = view_folder_step(&list, kind, name, step);
-    if (next < 0) {
+    app->files = false;
+    view_app_list(app);
+    const int next = app->files ? view_folder_step(&app->folder, kind,
+                                                   ibl_path_name(shown), step)
+                                : -1;
+    app->files = false;
+    if (next < 0)
         view_app_notice(app, "there are no others in the folder");
-    } else {
-        char *path = ibl_need(ibl_path_beside(shown, list.entry[next].name));
-        if (!view_app_open(app, &(view_request){.path = path}))
-            view_app_notice_failure(app);
-        else
-            view_app_notice(app, "%s", list.entry[next].name);
-        free(path);
-    }
-    view_folder_free(&list);
-    free(folder);
+    else
+        view_app_choose(app, app->folder.entry[next].name);
 }
 
 static bool load_other(view_app *app)
@@ -259,7 +248,7 @@ static bool load_other(view_app *app)
     const view_request what = {.path = app->options->against_set};
     const char *why;
 
-    if (!(view_kind_of(what.path, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP
+    if (!(view_kind_of(what.path, &why) == VIEW_KIND_MAP
               ? view_set_bake(app->ctx, &what, &app->other)
               : view_set_open(app->ctx, &what, &app->other)))
         return false;
@@ -276,6 +265,7 @@ bool view_app_make(view_app *app)
         printf("OpenGL %s, %s, by %s\n", (const char *)gl.GetString(GL_VERSION),
                (const char *)gl.GetString(GL_RENDERER), view_screen_by());
     app->renderer = view_renderer_create();
+    memcpy(app->drawn, app->side, sizeof app->drawn);
     if (!app->renderer)
         return false;
     if ((o->probe_set && !load_probes(app, o->probe_set)) ||
@@ -307,8 +297,7 @@ bool view_app_tend(view_app *app)
     }
     if (app->set && !baker && app->side[0].layer != app->set->layer) {
         app->request.layer = app->side[0].layer;
-        if (!view_app_open(app, &app->request))
-            view_app_notice_failure(app);
+        view_app_open(app, &app->request);
         app->side[0].layer = app->request.layer = app->set->layer;
     }
     if (!baker)
@@ -326,28 +315,6 @@ bool view_app_tend(view_app *app)
 
 /* ---- frames -------------------------------------------------------------- */
 
-/* Takes the room of labels off a picture's area; less for small ones. */
-static void take_margins(const view_settings *s, double scale, view_area *area)
-{
-    const int line = (int)(VIEW_LINE * scale), space = line / 3;
-    const bool axes = s->mode == VIEW_SPHERES || s->mode == VIEW_TABLE;
-    const bool names = axes || s->mode == VIEW_SOURCE_MAP ||
-                       (!view_is_lit(s) && s->layout != VIEW_CROSS);
-    const bool two = s->compare || s->false_colour;
-    const bool small = area->width < 24 * line;
-    const int above = (two ? 2 : 1) * line + space;
-    const int below = !small && names ? line : 0;
-
-    if (area->height < 3 * (above + below))
-        return;
-    area->height -= above + below;
-    area->y += below;
-    if (!small && axes) {
-        area->x += 4 * line;
-        area->width -= 4 * line;
-    }
-}
-
 int view_app_panel_width(const view_app *app)
 {
     return (int)fmin(330 * app->scale, 0.6 * app->width);
@@ -355,12 +322,39 @@ int view_app_panel_width(const view_app *app)
 
 view_area view_app_area(const view_app *app)
 {
-    const int right = app->panel ? view_app_panel_width(app) : 0;
-    view_area a = {0, 0, app->width - right, app->height};
+    const view_settings *s = &app->side[0];
+    const int line = (int)(VIEW_LINE * app->scale);
+    const int panel = app->panel ? view_app_panel_width(app) : 0;
+    view_area a = {0, 0, app->width - panel, app->height};
+    const bool small = a.width < 24 * line;
+    const bool axes = s->mode == VIEW_SPHERES || s->mode == VIEW_TABLE;
+    const bool names = axes || s->mode == VIEW_SOURCE_MAP ||
+                       (!view_is_lit(s) && s->layout != VIEW_CROSS);
+    const int above = (s->compare || s->false_colour ? 2 : 1) * line + line / 3;
+    const int below = !small && names ? line : 0;
 
-    if (app->labels)
-        take_margins(&app->side[0], app->scale, &a);
+    if (!app->labels || a.height < 3 * (above + below))
+        return a;
+    a.x = !small && axes ? 4 * line : 0;
+    a.y = below;
+    a.width -= a.x;
+    a.height -= above + below;
     return a;
+}
+
+void view_app_map_size(const view_app *app, double size[2])
+{
+    static const double cubes[VIEW_LAYOUTS] = {4.0 / 3, 6, 2};
+    const view_settings *s = &app->side[0];
+    const view_area a = view_app_area(app);
+    const ibl_image *map =
+        s->mode == VIEW_SOURCE_MAP ? view_set_source(app->set, NULL) : NULL;
+    const double shape = map ? (double)map->width / map->height
+                         : s->mode == VIEW_TABLE ? 1
+                                                 : cubes[s->layout];
+
+    size[0] = s->zoom * fmin(a.width, shape * a.height);
+    size[1] = size[0] / shape;
 }
 
 static bool draw_as_set(view_app *app, bool spread)
@@ -376,18 +370,6 @@ static bool draw_as_set(view_app *app, bool spread)
     return view_renderer_draw(app->renderer, now, &area);
 }
 
-/* The new settings may need more memory than there is: returns to the last ones
- * that could be drawn. */
-static bool go_back(view_app *app)
-{
-    if (!app->drew)
-        return false;
-    app->drew = false;
-    memcpy(app->side, app->drawn, sizeof app->side);
-    view_app_notice_failure(app);
-    return true;
-}
-
 bool view_app_draw(view_app *app, bool spread)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, app->target);
@@ -397,11 +379,16 @@ bool view_app_draw(view_app *app, bool spread)
     view_renderer_target(app->renderer, app->target);
     if (!app->set)
         return true;
-    if (!draw_as_set(app, spread) &&
-        !(go_back(app) && draw_as_set(app, spread)))
-        return false;
+    if (!draw_as_set(app, spread)) {
+        /* New settings may need more memory than there is. */
+        if (!memcmp(app->side, app->drawn, sizeof app->side))
+            return false;
+        memcpy(app->side, app->drawn, sizeof app->side);
+        view_app_notice_failure(app);
+        if (!draw_as_set(app, spread))
+            return false;
+    }
     memcpy(app->drawn, app->side, sizeof app->drawn);
-    app->drew = true;
     return true;
 }
 

@@ -22,12 +22,10 @@ typedef struct view_app {
     view_renderer *renderer;
     view_probe_set *probes; /* from --probe-set, or NULL */
     view_model *model;      /* or NULL */
-    char model_path[PATH_MAX];
 
     view_settings side[2];  /* what is shown, and what it is compared with */
     int edited;             /* the one that keys and the panel change */
     view_settings drawn[2]; /* sides of the last frame that was drawn */
-    bool drew;              /* there is one */
 
     /* The set that is shown is in one slot; the other takes the next. */
     baked_set sets[2];
@@ -47,16 +45,14 @@ typedef struct view_app {
     double begun;    /* ibl_now() when the scene's time began */
     bool paused;     /* the scene's time stands still */
     double mouse[2]; /* pixels from the upper left; -1: not in the window */
-    bool held[3];    /* buttons */
-    bool handle;     /* the left button holds the split */
+    int held;        /* 1 + the button of a drag; 0: none */
     bool panel, help, files; /* what is open */
     bool labels;             /* are drawn */
     const char *caption;     /* of a sheet's picture, or NULL */
     char errors[80];         /* of what is compared */
     int judged;              /* samples of the reference that they are of */
-    double frame_ms, gpu_ms;
+    double frame_ms;
     view_stats stats;
-    char title[200];
     GLuint target;      /* framebuffer */
     char notice[400];   /* "": none */
     double notice_ends; /* ibl_now() when it goes */
@@ -72,11 +68,11 @@ typedef struct view_app {
  * set and the other set of the options. False after a message. */
 bool view_app_make(view_app *app);
 /* Opens a set, a model, a folder's list of files or, in the scene, a set of
- * probes, or begins to bake a map. False after a message; the picture is then
- * unchanged. */
+ * probes, or begins to bake a map. False after a message, which is shown, too;
+ * the picture is then unchanged. */
 bool view_app_open(view_app *app, const view_request *what);
-/* Shows the list of files beside what is shown. False after a message. */
-bool view_app_list(view_app *app);
+/* Shows the list of files beside what is shown. */
+void view_app_list(view_app *app);
 /* Opens an entry of that list, or its parent "..". */
 void view_app_choose(view_app *app, const char *name);
 /* Opens the next file of the same kind in its folder, or the one before. */
@@ -97,13 +93,12 @@ void view_app_end(view_app *app);
 int view_app_panel_width(const view_app *app);
 /* Where the picture is: beside labels and panel. */
 view_area view_app_area(const view_app *app);
-/* Draws into framebuffer 0; spread: as in view_settings. If that fails,
- * restores the settings of the last frame, draws again and sets a notice.
- * False, with a message, if that fails too. */
+/* Size of a whole map there, as it is zoomed, in pixels. */
+void view_app_map_size(const view_app *app, double size[2]);
+/* Draws into app->target; spread: as in view_settings. If that fails, restores
+ * the settings of the last frame, draws again and sets a notice. False, with a
+ * message, if that fails too. */
 bool view_app_draw(view_app *app, bool spread);
-
-/* ---- what keys do ------------------------------------------------------- */
-
 /* Sets the exposure so that the mean luminance of the picture is middle grey.
  */
 bool view_app_expose(view_app *app);
@@ -113,15 +108,37 @@ void view_app_notice(view_app *app, const char *fmt, ...)
 /* Shows the last message of view_fail. */
 void view_app_notice_failure(view_app *app);
 
-/* ---- the window (window.c) ---------------------------------------------- */
+/* ---- around and over the picture (labels.c) ----------------------------- */
+
+/* Draws labels beside what they label (what is shown, what
+ * rows and columns are, which half is which and how they differ, the scales of
+ * false colours and differences), the panel, and whatever is open. */
+void view_labels_draw(view_app *app);
+/* Writes the picture with its labels to the first iblview-NNN.png that does not
+ * exist. */
+void view_labels_picture(view_app *app);
+
+/* ---- what keys and the mouse do (key_bindings.c) ------------------------ */
+
+/* Does what a key does, and says what it changed; unknown keys do nothing. */
+void view_keys_press(view_app *app, int key);
+/* Drags the picture by pixels: turns the camera, by half a turn for the height
+ * of the picture, or moves the map. */
+void view_drag(view_app *app, double dx, double dy);
+/* Moves the camera nearer, or enlarges the map around a pixel of the window, by
+ * a factor 1.1 per step. */
+void view_approach(view_app *app, double x, double y, double steps);
+/* Moves a model by pixels, with what is in the middle of its distance. */
+void view_pan(view_app *app, double dx, double dy);
+/* Turns the environment by degrees. */
+void view_spin(view_app *app, double degrees);
+
+/* ---- runs --------------------------------------------------------------- */
 
 /* Runs the window until it is closed. False after a message. */
 bool view_window_run(ibl_ctx *ctx, const view_options *options);
-
-/* ---- pictures without a window (still.c) ------------------------------- */
-
-/* Opens or bakes the set of the options and makes their outputs: a picture, a
- * contact sheet or a turntable. False, with a message. */
+/* Opens or bakes the set of the options and makes their outputs, without a
+ * window: a picture, a contact sheet or a turntable. False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
 
 #endif

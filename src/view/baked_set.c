@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/names.h"
 #include "common/path.h"
@@ -18,12 +17,10 @@
 #include "view/message.h"
 
 enum {
-    MOST_EDGE = 1024, /* of the reference's environment */
+    MOST_COLUMNS = 8192, /* of a map: 400 MB */
+    MOST_EDGE = 512,     /* of a cube of it */
     STAGE_BYTES = 64
 };
-
-static const ibl_texel_options floats = {.pixel = IBL_PIXEL_RGBA32F,
-                                         .overflow = IBL_OVERFLOW_CLIP};
 
 /* ---- harmonics ----------------------------------------------------------- */
 
@@ -83,29 +80,10 @@ static bool fill_table(ibl_ctx *ctx, baked_set *set)
     return ok;
 }
 
-bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
-                         baked_set *set)
-{
-    const ibl_lut_options opts = {.size = 32, .kind = IBL_LUT_CHARLIE};
-    ibl_set_facts facts = {.levels = levels};
-    ibl_lut lut = {0};
-    bool ok = !ibl_bake_lut(ctx, &opts, &lut);
-
-    memcpy(facts.roughness, roughness, (size_t)levels * sizeof *roughness);
-    for (int i = 0; ok && i < opts.size * opts.size; i++)
-        lut.data[2 * i + 1] =
-            (float)ibl_set_lod(&facts, (i / opts.size + 0.5) / opts.size);
-    ok = ok && !ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F,
-                                     &set->texture[VIEW_SHEEN_TABLE], NULL);
-    ibl_lut_free(&lut);
-    return ok;
-}
-
 /* ---- reading ------------------------------------------------------------- */
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
-    "skybox",   "specular",         "irradiance",   "brdf_lut",
-    "lobe_lut", "charlie_specular", "charlie_table"};
+    "skybox", "specular", "irradiance", "brdf_lut", "lobe_lut"};
 
 static char *copy(const char *text)
 {
@@ -239,35 +217,6 @@ static void take_facts(const ibl_set *from, baked_set *set)
     set->diffuse = diffuse_of(set, from->target);
 }
 
-/* Opens the chain of sheen beside the specular one, in the same container. It
- * is a bake of its own, and no error if there is none. */
-static bool open_sheen(ibl_ctx *ctx, baked_set *set)
-{
-    ibl_set_options o = ibl_set_options_default();
-    ibl_set sheen = {0};
-    ibl_set_file *f = &sheen.file[IBL_CONTENT_SPECULAR];
-    const char *end = strrchr(set->path[VIEW_SPECULAR], '.');
-    char *name = ibl_need(
-        ibl_format("%s_charlie_specular%s", set->name, end ? end : ""));
-    char *path = ibl_need(ibl_path_beside(set->path[VIEW_SPECULAR], name));
-
-    o.leave = ~(1u << IBL_CONTENT_SPECULAR);
-    bool ok = access(path, F_OK) || !ibl_set_open(ctx, path, &o, &sheen);
-    free(path);
-    free(name);
-    if (ok && f->path)
-        ok = (f->facts.lobe == IBL_LOBE_CHARLIE &&
-              f->facts.known & IBL_KNOWN_ROUGHNESS)
-                 ? take_file(ctx, f, VIEW_SHEEN, set) &&
-                       view_set_fill_sheen(ctx, f->facts.roughness,
-                                           f->facts.levels, set)
-                 : view_fail("%s: does not say the roughness of its levels, or "
-                             "is not of the lobe charlie: bake it again",
-                             f->path);
-    ibl_set_free(&sheen);
-    return ok;
-}
-
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     ibl_set_options o = ibl_set_options_default();
@@ -288,7 +237,6 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
     if (ok) {
         set->name = copy(from.name ? from.name : what->path);
         take_facts(&from, set);
-        ok = open_sheen(ctx, set);
     }
     ibl_set_free(&from);
     /* The map that is named is taken whatever it is. */
@@ -381,10 +329,6 @@ bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
 
     *set = (baked_set){.name = ibl_need(strndup(name, stem)),
                        .source_read = ibl_read_options_default()};
-    set->source_read.layout = what->layout;
-    set->source_read.transfer = what->transfer;
-    memcpy(set->source_read.face_order, what->face_order,
-           sizeof what->face_order);
     /* Streams are gone by now; six faces are no file. */
     if (strcmp(path, "-") != 0 && (stat(path, &st) || S_ISREG(st.st_mode)))
         set->source = ibl_need(strdup(path));
@@ -407,7 +351,28 @@ static ibl_ctx *reader(void)
     ibl_ctx *ctx;
 
     o.bridge = ibl_bridge_beside();
-    return ibl_ctx_create(&o, &ctx) ? NULL : ctx;
+    return ibl_need(ibl_ctx_create(&o, &ctx) ? NULL : ctx);
+}
+
+/* Makes a map of at most MOST_COLUMNS. False: no memory. */
+static bool fit(ibl_ctx *ctx, const char *path, ibl_image *map)
+{
+    ibl_cube cube = {0};
+    ibl_image small = {0};
+
+    if (map->width <= MOST_COLUMNS)
+        return true;
+    const bool ok =
+        !ibl_cube_alloc(ctx, MOST_COLUMNS / 4, 1, &cube) &&
+        !ibl_cube_from_latlong(ctx, map, 0, &cube) &&
+        !ibl_image_alloc(ctx, MOST_COLUMNS, MOST_COLUMNS / 2, &small) &&
+        !ibl_latlong_from_cube(ctx, &cube, &small);
+    view_note("%s: %dx%d pixels, shown by %dx%d", path, map->width, map->height,
+              MOST_COLUMNS, MOST_COLUMNS / 2);
+    ibl_cube_free(&cube);
+    ibl_image_free(map);
+    *map = small;
+    return ok;
 }
 
 /* Reads the map, or says why not. */
@@ -415,16 +380,16 @@ static const char *read_map(const baked_set *set, ibl_image *map)
 {
     ibl_read_options read = set->source_read;
     ibl_read_report report;
-    ibl_status status = IBL_ERR_MEMORY;
 
     if (!set->source)
         return "its map is not at hand: name it with --map";
     read.hash = *set->source_hash != '\0';
     ibl_ctx *ctx = reader();
-    if (ctx)
-        status = ibl_image_read(ctx, set->source, &read, map, &report);
+    const bool ok = !ibl_image_read(ctx, set->source, &read, map, &report) &&
+                    (!read.hash || !strcmp(set->source_hash, report.hash)) &&
+                    fit(ctx, set->source, map);
     ibl_ctx_free(ctx);
-    if (!status && (!read.hash || !strcmp(set->source_hash, report.hash)))
+    if (ok)
         return NULL;
     ibl_image_free(map);
     view_note("%s: cannot be read again as it was baked, for the backdrop and "
@@ -444,57 +409,45 @@ const ibl_image *view_set_source(const baked_set *set, const char **why)
     return set->map.data ? &set->map : NULL;
 }
 
-/* As fine as the map and as level 0. */
-static bool cube_of_map(const baked_set *set, const ibl_image *map,
-                        ibl_texture *env)
+view_environment view_set_lit_by(const baked_set *set)
 {
-    const int fine = map->width / 4 < MOST_EDGE ? map->width / 4 : MOST_EDGE;
-    const int least = set->texture[VIEW_SPECULAR].width;
-    ibl_ctx *ctx = reader();
-    ibl_cube cube = {0};
-
-    const bool ok =
-        ctx && !ibl_cube_alloc(ctx, fine > least ? fine : least, 1, &cube) &&
-        !ibl_cube_from_latlong(ctx, map, set->source_yaw, &cube) &&
-        !ibl_texture_from_cube(ctx, &cube, &floats, env, NULL);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
-    return ok || view_fail("no memory for the reference");
+    return set->map.data ? VIEW_BY_MAP
+           : set->roughness[0] > 0 && set->texture[VIEW_SKY].data
+               ? VIEW_BY_SKY
+               : VIEW_BY_LEVEL0;
 }
 
-/* Whether level 0 has the largest value of its format. */
-static bool is_clipped(const baked_set *set)
-{
-    const ibl_texture *t = &set->texture[VIEW_SPECULAR];
-    const float most = ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
-    bool clipped = false;
-    float rgb[3];
-
-    for (int i = 0; i < IBL_FACES * t->width * t->width && !clipped; i++) {
-        ibl_pixel_decode(
-            t->pixel, t->data + (size_t)i * ibl_pixel_bytes(t->pixel), 1, rgb);
-        clipped = fmaxf(fmaxf(rgb[0], rgb[1]), rgb[2]) >= most;
-    }
-    return clipped;
-}
-
-bool view_set_environment(const baked_set *set, ibl_texture *env,
+bool view_set_environment(const baked_set *set, ibl_cube *cube,
                           const char **what)
 {
     const ibl_image *map = view_set_source(set, NULL);
+    const view_environment by = view_set_lit_by(set);
+    const ibl_texture *tex =
+        &set->texture[by == VIEW_BY_SKY ? VIEW_SKY : VIEW_SPECULAR];
+    const float most = ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
+    const int edge =
+        map && map->width < 4 * MOST_EDGE ? (map->width + 3) / 4 : MOST_EDGE;
+    ibl_ctx *ctx = reader();
+    bool clipped = false;
 
-    *env = (ibl_texture){0};
-    *what = map ? set->source : "level 0";
-    if (map)
-        return cube_of_map(set, map, env);
-    if (set->roughness[0] > 0 && set->texture[VIEW_SKY].data) {
-        *what = "the skybox";
+    *cube = (ibl_cube){0};
+    *what = map ? set->source : by == VIEW_BY_SKY ? "the skybox" : "level 0";
+    const bool ok =
+        map ? !ibl_cube_alloc(ctx, edge, 1, cube) &&
+                  !ibl_cube_from_latlong(ctx, map, set->source_yaw, cube)
+            : !ibl_texture_to_cube(ctx, tex, cube);
+    ibl_ctx_free(ctx);
+    for (int i = 0; ok && by == VIEW_BY_LEVEL0 &&
+                    i < 3 * IBL_FACES * cube->size * cube->size;
+         i++)
+        clipped |= cube->data[i] >= most;
+    if (ok && !clipped)
         return true;
-    }
-    return !is_clipped(set) ||
-           view_fail("%s: there is no reference: level 0 is clipped by %s, "
-                     "and its map is not at hand: name it with --map",
-                     set->name, ibl_pixel_name(set->pixel[VIEW_SPECULAR]));
+    ibl_cube_free(cube);
+    return ok ? view_fail("%s: there is no reference: level 0 is clipped by "
+                          "%s, and its map is not at hand: name it with --map",
+                          set->name, ibl_pixel_name(set->pixel[VIEW_SPECULAR]))
+              : view_fail("no memory for the reference");
 }
 
 /* ---- a bake beside the window ------------------------------------------- */

@@ -19,10 +19,6 @@ typedef enum view_content {
     VIEW_LUT,
     VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
                    there are no table and taps of view_reflection */
-    VIEW_SHEEN, /* levels of IBL_LOBE_CHARLIE; if absent, models have no
-                   sheen */
-    VIEW_SHEEN_TABLE, /* made here for them, by N.V and roughness: the albedo of
-                         sheen, the level */
     VIEW_CONTENTS
 } view_content;
 
@@ -71,11 +67,7 @@ typedef struct view_request {
                          environment to bake */
     int layer;        /* of arrays of cubes */
     const char *irradiance, *lut, *sky; /* NULL: searched beside path */
-    const char *map;         /* that was baked; NULL: where the sidecar says */
-    ibl_input_layout layout; /* of a map; AUTO: by its content, and a cube
-                                texture is no map */
-    unsigned char face_order[IBL_FACES]; /* of a map, as ibl_read_options */
-    ibl_transfer transfer;
+    const char *map; /* that was baked; NULL: where the sidecar says */
 } view_request;
 
 /*
@@ -101,25 +93,27 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                const ibl_specular_options *specular,
                                baked_set *set);
 
-/* The map of the set, as it was baked: it is read once, and freed with the set.
- * NULL, with a note the first time: it is not at hand, or another file is; *why
- * (NULL is fine) is the reason. */
+/* The map of the set, as it was baked, but of at most 8192 columns: it is read
+ * once, and freed with the set. NULL, with a note the first time: it is not at
+ * hand, or another file is; *why (NULL is fine) is the reason. */
 const ibl_image *view_set_source(const baked_set *set, const char **why);
-/* Makes the environment that the reference integrates: the map of the set, if
- * it is at hand, as a cube of RGBA32F, which nothing clips. *env zeroed: it is
- * the skybox if level 0 is rough, else level 0. *what: which, until the set is
- * freed. False, with a message: no memory, or the format clips what is there.
- */
-bool view_set_environment(const baked_set *set, ibl_texture *env,
+/* What the reference integrates: the map of the set, if it is at hand; else the
+ * skybox if level 0 is rough; else level 0. */
+typedef enum view_environment {
+    VIEW_BY_LEVEL0,
+    VIEW_BY_MAP,
+    VIEW_BY_SKY
+} view_environment;
+view_environment view_set_lit_by(const baked_set *set);
+/* Makes a cube of it; one of the map has at most VIEW_AIM_EDGE texels along an
+ * edge. *what: which it is, until the set is freed. False, with a message: no
+ * memory, or the format clips what is there. */
+bool view_set_environment(const baked_set *set, ibl_cube *cube,
                           const char **what);
 
 /* "is no irradiance map" if a set has no such diffuse light; NULL: it has. */
 const char *view_set_lacks(const baked_set *set, view_diffuse by);
 
-/* Makes the table of sheen for a chain of levels with rising roughness. False:
- * no memory. */
-bool view_set_fill_sheen(ibl_ctx *ctx, const double *roughness, int levels,
-                         baked_set *set);
 /* Stores the cosine-weighted harmonics of radiance: 3 for each (l, m) up to
  * degree; those above VIEW_SH_DEGREE are dropped. */
 void view_set_harmonics(baked_set *set, int degree, const double *radiance);

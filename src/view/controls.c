@@ -87,8 +87,7 @@ enum {
 static const view_control shown[] = {
     {{"mode", 0, IBL_CHOICE(mode, view_mode_names),
       .help = "spheres, the maps themselves, a room with probes, the model of "
-              "--model, without which it is a ball of the material, or the "
-              "environment at its own resolution"},
+              "--model, or the environment at its own resolution"},
      .label = "mode", .where = ALL, .key = 'm', .back = 'M'},
     {{"layout", 0, IBL_CHOICE(layout, view_layout_names),
       .help = "flat layout of a cube"},
@@ -118,8 +117,8 @@ static const view_control shown[] = {
 
 static const view_control materials[] = {
     {{"material", 0, IBL_CHOICE(material, view_material_names),
-      .help = "material of spheres and ball: its metal in the upper rows, its "
-              "plastic in the lower"},
+      .help = "material of spheres: its metal in the upper rows, its plastic in "
+              "the lower"},
      .label = "material", .where = LIT | SIDE | VIEW_NEED_MATERIAL, .key = 'n',
      .back = 'N'},
     {{"grid", 0, IBL_OTHER(rows, "RxC", parse_grid), .low = 1,
@@ -139,8 +138,7 @@ static const view_control materials[] = {
     {{"override", 0, IBL_CHOICE(override, view_override_names),
       .help = "materials of a model: its own, clay, chrome, or --material "
               "with the upper end of --metallic and the middle of --roughness"},
-     .label = "model's materials", .where = MODEL | SIDE | VIEW_NEED_FILE,
-     .key = 'o', .back = 'O'},
+     .label = "model's materials", .where = MODEL | SIDE, .key = 'o', .back = 'O'},
     {{"ground", 0, ON(ground),
       .help = "a ground below the model, with the shadow of the main light"},
      .label = "ground", .where = MODEL, .key = 'u'},
@@ -268,7 +266,7 @@ static const view_control camera[] = {
      .label = "field of view", .where = LIT | SCENE | VIEW_NEED_ORBIT},
     {{"file-camera", 0, IBL_INT(file_camera, 0, 1000),
       .help = "camera of the model's file, counted from 1; 0: none"},
-     .label = "camera of the file", .where = MODEL | VIEW_NEED_FILE},
+     .label = "camera of the file", .where = MODEL},
     {{"antialias", 0, IBL_INT(antialias, 1, VIEW_MAX_ANTIALIAS),
       .help = "draw N x N places of each pixel, and their mean; 1: only its "
               "centre"},
@@ -331,7 +329,6 @@ static const char *const needs[VIEW_NEEDS] = {
     "is of --compare split",
     "is of --compare difference",
     "the model has its own: add --override material",
-    "is of a model: add --model",
     "the file's camera has its own: leave --file-camera out",
     "is of --background blur",
     "is of --background level",
@@ -342,17 +339,15 @@ static const char *const needs[VIEW_NEEDS] = {
     "the Fresnel of roughness has none: leave --rough-fresnel out",
     "are those of the set: leave --probe-set out"};
 
-unsigned view_facts(const view_settings *s, bool model, bool probe_set,
-                    const char *file)
+unsigned view_facts(const view_settings *s, bool probe_set, const char *file)
 {
     const bool facts[VIEW_NEEDS] = {!file || !view_picture_is_linear(file),
                                     !s->false_colour,
                                     s->compare != VIEW_ALONE,
                                     s->compare == VIEW_SPLIT,
                                     s->compare == VIEW_DIFFERENCE,
-                                    s->mode != VIEW_MODEL || !model ||
+                                    s->mode != VIEW_MODEL ||
                                         s->override == VIEW_MATERIAL,
-                                    model,
                                     s->mode != VIEW_MODEL || !s->file_camera,
                                     s->background == VIEW_BACKGROUND_BLUR,
                                     s->background == VIEW_BACKGROUND_LEVEL,

@@ -27,17 +27,16 @@ enum {
     VIEW_NEED_SPLIT = VIEW_NEED << 3,      /* side by side */
     VIEW_NEED_DIFFERENCE = VIEW_NEED << 4, /* by their difference */
     VIEW_NEED_MATERIAL = VIEW_NEED << 5,   /* the material is shown */
-    VIEW_NEED_FILE = VIEW_NEED << 6,       /* a model of a file is shown */
-    VIEW_NEED_ORBIT = VIEW_NEED << 7,      /* not by the file's camera */
-    VIEW_NEED_BLUR = VIEW_NEED << 8,       /* a background of that kind */
-    VIEW_NEED_LEVEL = VIEW_NEED << 9,      /* the same */
-    VIEW_NEED_COLOUR = VIEW_NEED << 10,    /* the same */
-    VIEW_NEED_PROBES = VIEW_NEED << 11,    /* there are local probes */
-    VIEW_NEED_K = VIEW_NEED << 12,         /* the nearest few light a point */
-    VIEW_NEED_WINDOW = VIEW_NEED << 13,    /* no picture is written */
-    VIEW_NEED_PLAIN = VIEW_NEED << 14,     /* no Fresnel of roughness */
-    VIEW_NEED_OWN = VIEW_NEED << 15,       /* no set of probes */
-    VIEW_NEEDS = 16,
+    VIEW_NEED_ORBIT = VIEW_NEED << 6,      /* not by the file's camera */
+    VIEW_NEED_BLUR = VIEW_NEED << 7,       /* a background of that kind */
+    VIEW_NEED_LEVEL = VIEW_NEED << 8,      /* the same */
+    VIEW_NEED_COLOUR = VIEW_NEED << 9,     /* the same */
+    VIEW_NEED_PROBES = VIEW_NEED << 10,    /* there are local probes */
+    VIEW_NEED_K = VIEW_NEED << 11,         /* the nearest few light a point */
+    VIEW_NEED_WINDOW = VIEW_NEED << 12,    /* no picture is written */
+    VIEW_NEED_PLAIN = VIEW_NEED << 13,     /* no Fresnel of roughness */
+    VIEW_NEED_OWN = VIEW_NEED << 14,       /* no set of probes */
+    VIEW_NEEDS = 15,
     /* It may differ between two states that are compared. */
     VIEW_OF_SIDE = VIEW_NEED << VIEW_NEEDS
 };
@@ -75,11 +74,9 @@ const view_control *view_control_at(int i);
 
 /* What holds of a state, for `where`.
  *   other   what it is compared with, or NULL
- *   model   a model of a file is there
- *   probes  so is a set of probes
+ *   probes  a set of probes is there
  *   file    a picture that is written, or NULL */
-unsigned view_facts(const view_settings *s, bool model, bool probes,
-                    const char *file);
+unsigned view_facts(const view_settings *s, bool probes, const char *file);
 /* Why a row changes nothing, and what to do; NULL: it does. */
 const char *view_control_why(const view_control *c, unsigned facts);
 

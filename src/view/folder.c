@@ -138,15 +138,14 @@ static view_kind kind_of_directory(const char *path, const char **why)
     return several && kind == VIEW_KIND_SET ? VIEW_KIND_FOLDER : kind;
 }
 
-view_kind view_kind_of(const char *path, ibl_input_layout layout,
-                       const char **why)
+view_kind view_kind_of(const char *path, const char **why)
 {
     struct stat st;
 
     *why = NULL;
     if (view_is_model(path))
         return VIEW_KIND_MODEL;
-    if (layout || !strcmp(path, "-"))
+    if (!strcmp(path, "-"))
         return VIEW_KIND_MAP;
     if (stat(path, &st)) {
         if (errno == ENOENT && (strstr(path, "%f") || strchr(path, ',')))

@@ -21,10 +21,9 @@ typedef enum view_kind {
  * light that --target gltf writes. */
 bool view_is_model(const char *path);
 /* What a path is, by its content. A map is "-", a pipe, a file that is neither
- * KTX, KTX2, DDS nor JSON, the name of six files, as of ibl_image_read, or
- * whatever has a layout. *why: of NONE the reason, until the next call. */
-view_kind view_kind_of(const char *path, ibl_input_layout layout,
-                       const char **why);
+ * KTX, KTX2, DDS nor JSON, or the name of six files, as of ibl_image_read.
+ * *why: of NONE the reason, until the next call. */
+view_kind view_kind_of(const char *path, const char **why);
 
 typedef struct view_entry {
     char *name;

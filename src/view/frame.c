@@ -164,8 +164,7 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     view_frame_camera(f, &camera, width, height);
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
-    f->turn[2] = (float)view_widening(s);
-    f->turn[3] = (float)(1.0 / sqrt(view_places(s)));
+    f->turn[2] = (float)(1.0 / sqrt(view_places(s)));
     fill_set(f, set);
     for (int i = 0; i < s->light_count; i++) {
         copy3(f->light_position[i], s->light[i].position);

@@ -22,12 +22,12 @@ typedef struct view_frame {
     float eye[4];
     float right[4], up[4], forward[4]; /* of view_camera */
     float viewport[4];                 /* width, height, 1/width, 1/height */
-    float turn[4];    /* cosine and sine of settings.turn, view_widening,
-                         width of a place in pixels */
+    float turn[4];    /* cosine and sine of settings.turn, width of a place in
+                         pixels */
     float lod[4];     /* scale, offset, last level, mapping (baked_set) */
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
-                         (ibl_geometry), yaw of the map in turns, 1 if the
-                         reference has the map's texture */
+                         (ibl_geometry), yaw of the map in turns,
+                         view_environment */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float disc_direction[IBL_MAX_LIGHTS][4]; /* of the set's lights, in the
                                                 environment; their radius */
@@ -74,8 +74,8 @@ typedef struct view_lighting {
     view_diffuse diffuse;       /* never AUTO */
     view_parts parts;           /* VIEW_PARTS_COUNT: numbers of materials */
     bool rough_fresnel, override;
-    bool sheen;    /* the set has it; no part of the key, as what follows */
-    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl */
+    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl; no
+                      part of the key, as what follows */
     bool mirrored; /* the picture is */
 } view_lighting;
 

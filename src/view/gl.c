@@ -213,10 +213,6 @@ GLuint view_program(const char *vertex_file, const char *fragment_file)
 /* ---- textures -------------------------------------------------------------
  */
 
-enum {
-    MOST_COLUMNS = 8192 /* of a map as a backdrop: 400 MB */
-};
-
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 {
     const GLenum target = cubes                     ? GL_TEXTURE_CUBE_MAP_ARRAY
@@ -266,10 +262,8 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 GLuint view_upload_map(const baked_set *set)
 {
     const ibl_image *map = view_set_source(set, NULL);
-    GLint most = 0;
 
-    gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
-    if (!map || map->width > most || map->width > MOST_COLUMNS)
+    if (!map)
         return 0;
     const GLuint texture =
         view_float_image(GL_RGB, map->width, map->height, map->data);
@@ -428,14 +422,10 @@ enum {
     EGL_PBUFFER_BIT = 1,
     EGL_OPENGL_BIT = 8,
     EGL_ALPHA_SIZE = 0x3021,
-    EGL_BLUE_SIZE,
-    EGL_GREEN_SIZE,
-    EGL_RED_SIZE,
     EGL_SURFACE_TYPE = 0x3033,
     EGL_NONE = 0x3038,
     EGL_RENDERABLE_TYPE = 0x3040,
-    EGL_EXTENSIONS = 0x3055,
-    EGL_HEIGHT,
+    EGL_HEIGHT = 0x3056,
     EGL_WIDTH,
     EGL_CONTEXT_MAJOR_VERSION = 0x3098,
     EGL_OPENGL_API = 0x30A2,
@@ -451,39 +441,36 @@ enum {
 
 /* clang-format off */
 #define EGL_CALLS(X)                                                           \
-    X(unsigned, QueryDevicesEXT, (int most, void **devices, int *count))       \
-    X(const char *, QueryDeviceStringEXT, (void *device, int name))            \
-    X(void *, GetPlatformDisplayEXT, (int kind, void *of, const int *list))    \
-    X(unsigned, Initialize, (void *display, int *major, int *minor))           \
-    X(unsigned, Terminate, (void *display))                                    \
-    X(unsigned, BindAPI, (unsigned api))                                       \
-    X(unsigned, ChooseConfig, (void *display, const int *list, void **configs, \
-                               int most, int *count))                          \
-    X(void *, CreateContext, (void *display, void *config, void *share,        \
-                              const int *list))                                \
-    X(void *, CreatePbufferSurface, (void *display, void *config,              \
-                                     const int *list))                         \
-    X(unsigned, MakeCurrent, (void *display, void *draw, void *read,           \
-                              void *context))
+    X(unsigned, eglQueryDevicesEXT, (int most, void **devices, int *count))    \
+    X(void *, eglGetPlatformDisplayEXT, (int kind, void *of, const int *list)) \
+    X(unsigned, eglInitialize, (void *display, int *major, int *minor))        \
+    X(unsigned, eglTerminate, (void *display))                                 \
+    X(unsigned, eglBindAPI, (unsigned api))                                    \
+    X(unsigned, eglChooseConfig, (void *display, const int *list,              \
+                                  void **configs, int most, int *count))       \
+    X(void *, eglCreateContext, (void *display, void *config, void *share,     \
+                                 const int *list))                             \
+    X(void *, eglCreatePbufferSurface, (void *display, void *config,           \
+                                        const int *list))                      \
+    X(unsigned, eglMakeCurrent, (void *display, void *draw, void *read,        \
+                                 void *context))
+#define OSMESA_CALLS(X)                                                        \
+    X(void *, OSMesaCreateContextAttribs, (const int *list, void *share))      \
+    X(void, OSMesaDestroyContext, (void *context))                             \
+    X(GLboolean, OSMesaMakeCurrent, (void *context, void *buffer, GLenum type, \
+                                     GLsizei width, GLsizei height))
 /* clang-format on */
+#define POINTER(type, name, arguments) static type(*name) arguments;
+EGL_CALLS(POINTER)
+OSMESA_CALLS(POINTER)
 
-struct view_screen {
-    struct {
-#define EGL_MEMBER(type, name, arguments) type(*name) arguments;
-        EGL_CALLS(EGL_MEMBER)
-    } egl;
-    void *display; /* EGL's, or NULL */
-    struct {
-        void *(*CreateContextAttribs)(const int *list, void *share);
-        void (*DestroyContext)(void *context);
-        GLboolean (*MakeCurrent)(void *context, void *buffer, GLenum type,
-                                 GLsizei width, GLsizei height);
-    } osmesa;
-    void *context;         /* OSMesa's, or NULL */
-    unsigned char *pixels; /* its framebuffer 0, RGBA, rows from the bottom */
-};
-
+/* The screen that is open. */
 static const char *by = "GLFW";
+static void *display; /* EGL's, or NULL */
+static void *context; /* OSMesa's, or NULL */
+static unsigned char
+    *pixels; /* its framebuffer 0, RGBA, rows from the bottom */
+static view_gl_proc *(*get)(const char *name); /* its functions */
 
 const char *view_screen_by(void)
 {
@@ -498,115 +485,99 @@ static bool find(void *library, const char *name, void *call)
     return symbol != NULL;
 }
 
-static void close_egl(view_screen *s)
+void view_screen_close(void)
 {
-    if (!s->display)
-        return;
-    s->egl.MakeCurrent(s->display, NULL, NULL, NULL);
-    s->egl.Terminate(s->display);
-    s->display = NULL;
+    if (display) {
+        eglMakeCurrent(display, NULL, NULL, NULL);
+        eglTerminate(display);
+    }
+    if (context) {
+        OSMesaMakeCurrent(NULL, NULL, 0, 0, 0);
+        OSMesaDestroyContext(context);
+    }
+    free(pixels);
+    display = context = pixels = NULL;
+    by = "GLFW";
 }
 
-static bool open_device(view_screen *s, int width, int height, void *device,
-                        bool software, view_gl_proc *(*get)(const char *))
+static bool open_device(void *device, int width, int height, bool software)
 {
-    static const int wanted[][2] = {{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT},
-                                    {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT},
-                                    {EGL_RED_SIZE, 8},
-                                    {EGL_GREEN_SIZE, 8},
-                                    {EGL_BLUE_SIZE, 8},
-                                    {EGL_ALPHA_SIZE, 8},
-                                    {EGL_NONE}};
-    static const int core[][2] = {{EGL_CONTEXT_MAJOR_VERSION, 3},
-                                  {EGL_CONTEXT_MINOR_VERSION, 3},
-                                  {EGL_CONTEXT_OPENGL_PROFILE_MASK, 1},
-                                  {EGL_NONE}};
+    static const int wanted[] = {
+        EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
+        EGL_OPENGL_BIT,   EGL_ALPHA_SIZE,  8,
+        EGL_NONE};
+    static const int core[] = {EGL_CONTEXT_MAJOR_VERSION,
+                               3,
+                               EGL_CONTEXT_MINOR_VERSION,
+                               3,
+                               EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                               1,
+                               EGL_NONE};
     const int size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
-    const char *has = s->egl.QueryDeviceStringEXT(device, EGL_EXTENSIONS);
-    void *config, *context, *surface;
+    void *config, *made, *surface;
     int count = 0;
 
-    if (!software && has && strstr(has, "EGL_MESA_device_software"))
+    display = eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, NULL);
+    if (!display || !eglInitialize(display, NULL, NULL) ||
+        !eglBindAPI(EGL_OPENGL_API) ||
+        !eglChooseConfig(display, wanted, &config, 1, &count) || !count)
         return false;
-    s->display =
-        s->egl.GetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, NULL);
-    if (!s->display || !s->egl.Initialize(s->display, NULL, NULL) ||
-        !s->egl.BindAPI(EGL_OPENGL_API) ||
-        !s->egl.ChooseConfig(s->display, *wanted, &config, 1, &count) || !count)
-        return false;
-    context = s->egl.CreateContext(s->display, config, NULL, *core);
-    surface = s->egl.CreatePbufferSurface(s->display, config, size);
-    return context && surface &&
-           s->egl.MakeCurrent(s->display, surface, surface, context) &&
+    made = eglCreateContext(display, config, NULL, core);
+    surface = eglCreatePbufferSurface(display, config, size);
+    return made && surface && eglMakeCurrent(display, surface, surface, made) &&
            view_gl_load(get) &&
            (software ||
             !strstr((const char *)gl.GetString(GL_RENDERER), "llvmpipe"));
 }
 
 /* Opens the first GPU of the system, in silence if there is none. */
-static bool open_egl(view_screen *s, int width, int height, void *library,
-                     bool software)
+static bool open_egl(void *library, int width, int height, bool software)
 {
-    view_gl_proc *(*get)(const char *name);
     void *devices[DEVICES];
     int count = 0;
 
     if (!find(library, "eglGetProcAddress", &get))
         return false;
 #define EGL_FIND(type, name, arguments)                                        \
-    s->egl.name = (__typeof__(s->egl.name))get("egl" #name);                   \
-    if (!s->egl.name)                                                          \
+    name = (__typeof__(name))get(#name);                                       \
+    if (!name)                                                                 \
         return false;
     EGL_CALLS(EGL_FIND)
-    s->egl.QueryDevicesEXT(DEVICES, devices, &count);
+    eglQueryDevicesEXT(DEVICES, devices, &count);
     for (int i = 0; i < count; i++) {
-        if (open_device(s, width, height, devices[i], software, get))
+        if (open_device(devices[i], width, height, software))
             return true;
-        close_egl(s);
+        view_screen_close();
     }
     return false;
 }
 
 /* By default OSMesa draws RGBA without depth or stencil. It loads LLVM, which
  * does not survive being unloaded. */
-static bool open_osmesa(view_screen *s, int width, int height, void *library)
+static bool open_osmesa(void *library, int width, int height)
 {
-    static const int core[][2] = {{OSMESA_PROFILE, OSMESA_CORE_PROFILE},
-                                  {OSMESA_CONTEXT_MAJOR_VERSION, 3},
-                                  {OSMESA_CONTEXT_MINOR_VERSION, 3},
-                                  {0}};
-    view_gl_proc *(*get)(const char *name) = NULL;
+    static const int core[] = {OSMESA_PROFILE,
+                               OSMESA_CORE_PROFILE,
+                               OSMESA_CONTEXT_MAJOR_VERSION,
+                               3,
+                               OSMESA_CONTEXT_MINOR_VERSION,
+                               3,
+                               0};
+    bool ok = find(library, "OSMesaGetProcAddress", &get);
 
-    if (find(library, "OSMesaCreateContextAttribs",
-             &s->osmesa.CreateContextAttribs) &&
-        find(library, "OSMesaDestroyContext", &s->osmesa.DestroyContext) &&
-        find(library, "OSMesaMakeCurrent", &s->osmesa.MakeCurrent) &&
-        find(library, "OSMesaGetProcAddress", &get))
-        s->context = s->osmesa.CreateContextAttribs(*core, NULL);
-    if (!s->context)
+#define OSMESA_FIND(type, name, arguments)                                     \
+    ok = ok && find(library, #name, &name);
+    OSMESA_CALLS(OSMESA_FIND)
+    context = ok ? OSMesaCreateContextAttribs(core, NULL) : NULL;
+    if (!context)
         return view_fail("this OSMesa has no OpenGL 3.3 core: update package "
                          "libosmesa6");
-    s->pixels = ibl_need(calloc((size_t)width * (size_t)height, 4));
-    return s->osmesa.MakeCurrent(s->context, s->pixels, GL_UNSIGNED_BYTE, width,
-                                 height)
+    pixels = ibl_need(calloc((size_t)width * (size_t)height, 4));
+    return OSMesaMakeCurrent(context, pixels, GL_UNSIGNED_BYTE, width, height)
                ? view_gl_load(get)
                : view_fail("OSMesa does not draw pictures of %d x %d pixels: "
                            "ask for a smaller one",
                            width, height);
-}
-
-void view_screen_close(view_screen *s)
-{
-    if (!s)
-        return;
-    close_egl(s);
-    if (s->context) {
-        s->osmesa.MakeCurrent(NULL, NULL, 0, 0, 0);
-        s->osmesa.DestroyContext(s->context);
-    }
-    free(s->pixels);
-    free(s);
-    by = "GLFW";
 }
 
 /* Where no driver has made one of these there is no GPU, and loading EGL would
@@ -617,33 +588,27 @@ static bool has_gpu(void)
            !access("/dev/dxg", F_OK);
 }
 
-view_screen *view_screen_memory(int width, int height,
-                                const char *const *libraries)
+bool view_screen_memory(int width, int height, const char *const *libraries)
 {
     static const char *const usual[] = {"libEGL.so.1", "libOSMesa.so.8",
                                         "libOSMesa.so.6", "libOSMesa.so", NULL};
-    view_screen *s = ibl_need(calloc(1, sizeof *s));
-    void *library = NULL;
-    bool ok = false;
 
-    for (int i = 0; (libraries ? libraries : usual)[i] && !ok; i++) {
-        const char *name = (libraries ? libraries : usual)[i];
-        const bool egl = !strncmp(name, "libEGL", 6);
-        if ((egl && !libraries && !has_gpu()) ||
-            !(library = dlopen(name, RTLD_NOW | RTLD_LOCAL)))
+    for (const char *const *l = libraries ? libraries : usual; *l; l++) {
+        const bool egl = !strncmp(*l, "libEGL", 6);
+        void *library = egl && !libraries && !has_gpu()
+                            ? NULL
+                            : dlopen(*l, RTLD_NOW | RTLD_LOCAL);
+        if (!library)
             continue;
-        by = egl ? "EGL" : "OSMesa";
-        ok = egl ? open_egl(s, width, height, library, libraries)
-                 : open_osmesa(s, width, height, library);
-        if (!ok && !egl)
-            break;
-        library = ok ? library : NULL;
+        const bool ok = egl ? open_egl(library, width, height, libraries)
+                            : open_osmesa(library, width, height);
+        if (!ok)
+            view_screen_close();
+        if (ok)
+            by = egl ? "EGL" : "OSMesa";
+        if (ok || !egl)
+            return ok;
     }
-    if (ok)
-        return s;
-    if (!library)
-        view_fail("pictures without a display need OSMesa: install package "
-                  "libosmesa6");
-    view_screen_close(s);
-    return NULL;
+    return view_fail("pictures without a display need OSMesa: install package "
+                     "libosmesa6");
 }

@@ -37,7 +37,7 @@
     X(LinkProgram) X(PixelStorei) X(QueryCounter) X(ReadPixels)                \
     X(RenderbufferStorage) X(SamplerParameteri) X(Scissor) X(ShaderSource)     \
     X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri)                  \
-    X(TexSubImage3D) X(Uniform1f) X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
+    X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
     X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
     X(VertexAttribDivisor) X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
@@ -119,14 +119,11 @@ enum {
     X(VIEW_UNIT_LUT, "lut_map")                                                \
     X(VIEW_UNIT_SKY, "sky_map")                                                \
     X(VIEW_UNIT_LOBES, "lobe_map")                                             \
-    X(VIEW_UNIT_SHEEN, "sheen_chain")                                          \
-    X(VIEW_UNIT_SHEEN_TABLE, "sheen_table")                                    \
     X(VIEW_UNIT_BACKDROP, "backdrop_map")                                      \
     X(VIEW_UNIT_PICTURE, "picture")                                            \
     X(VIEW_UNIT_OTHER, "other")                                                \
     X(VIEW_TRUTH_UNIT_TOKENS, "aim_tokens")                                    \
     X(VIEW_TRUTH_UNIT_CHANCE, "aim_chance")                                    \
-    X(VIEW_TRUTH_UNIT_MAP, "environment_map")                                  \
     X(VIEW_GROUND_UNIT, "light_depth")                                         \
     X(VIEW_GROUND_UNIT_BELOW, "below_depth")                                   \
     X(VIEW_ROOM_UNIT_DYNAMIC, "dynamic_specular")                              \
@@ -160,7 +157,7 @@ typedef enum view_unit {
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
 
 /* Uploads the map of a set as an equirectangular picture of RGB floats, bound
- * to the active unit. 0: it is not at hand or too large. */
+ * to the active unit. 0: it is not at hand. */
 GLuint view_upload_map(const baked_set *set);
 
 /* Makes a texture of 32-bit floats, GL_RGB or GL_RGBA, that is read texel by
@@ -211,17 +208,14 @@ char *view_picture_name(const char *path, int number);
 /* ---- pictures in memory, without a display --------------------------------
  */
 
-/* EGL on a GPU, else OSMesa on the processor; both are opened on demand. */
-typedef struct view_screen view_screen;
-
 /* Makes an OpenGL 3.3 core context current whose framebuffer 0 has that size,
- * with alpha, and loads gl. libraries: file names, ended by NULL, of EGL if
+ * with alpha, and loads gl: by EGL on a GPU, else by OSMesa on the processor;
+ * both are opened on demand. libraries: file names, ended by NULL, of EGL if
  * they begin so, which then draws on any device, or of OSMesa; NULL: the usual
- * ones. One screen at a time. NULL, with a message: no OSMesa, or no OpenGL 3.3
- * core. */
-view_screen *view_screen_memory(int width, int height,
-                                const char *const *libraries);
-void view_screen_close(view_screen *screen); /* NULL is fine */
+ * ones. One screen at a time. False, with a message: no OSMesa, or no OpenGL
+ * 3.3 core. */
+bool view_screen_memory(int width, int height, const char *const *libraries);
+void view_screen_close(void); /* also without one */
 
 /* What made the screen that is open: "EGL" or "OSMesa"; of windows "GLFW". */
 const char *view_screen_by(void);

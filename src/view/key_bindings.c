@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/key_bindings.h"
+#include "view/app.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -8,9 +8,6 @@
 #include <string.h>
 
 #include "common/process.h"
-#include "view/app.h"
-#include "view/inspect.h"
-#include "view/message.h"
 #include "view/room.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
@@ -24,13 +21,22 @@ static double turned(double degrees)
     return x == -180 ? 180 : x;
 }
 
+/* Moves a map or a model by fractions of its size. */
+static void move(view_settings *s, double dx, double dy)
+{
+    s->pan[0] = fmin(fmax(s->pan[0] - dx, -0.5), 0.5);
+    s->pan[1] = fmin(fmax(s->pan[1] - dy, -0.5), 0.5);
+}
+
 void view_drag(view_app *app, double dx, double dy)
 {
     view_settings *s = &app->side[0];
     const view_area area = view_app_area(app);
+    double size[2];
 
     if (!view_is_lit(s)) {
-        view_inspect_drag(app->set, s, area.width, area.height, dx, dy);
+        view_app_map_size(app, size);
+        move(s, dx / size[0], dy / size[1]);
     } else {
         s->yaw = turned(s->yaw - 180 * dx / area.height);
         s->pitch = fmin(fmax(s->pitch + 180 * dy / area.height, -89), 89);
@@ -46,8 +52,14 @@ void view_approach(view_app *app, double x, double y, double steps)
     const double factor = pow(1.1, steps);
 
     if (!view_is_lit(s)) {
-        view_inspect_zoom(app->set, s, area.width, area.height, x - area.x,
-                          y - (app->height - area.y - area.height), factor);
+        const double from[2] = {x - area.x - 0.5 * area.width,
+                                y - app->height + area.y + 0.5 * area.height};
+        double before[2], after[2];
+        view_app_map_size(app, before);
+        s->zoom = fmin(fmax(s->zoom * factor, 0.25), 10000); /* as --zoom */
+        view_app_map_size(app, after);
+        move(s, from[0] / after[0] - from[0] / before[0],
+             from[1] / after[1] - from[1] / before[1]);
     } else {
         if (s->distance <= 0 && s->mode == VIEW_SCENE)
             s->distance = view_scene_distance;
@@ -65,14 +77,13 @@ void view_approach(view_app *app, double x, double y, double steps)
 
 void view_pan(view_app *app, double dx, double dy)
 {
-    view_settings *s = &app->side[0];
     const view_area area = view_app_area(app);
-    const view_camera c = view_camera_of(s, area.width, area.height);
+    const view_camera c =
+        view_camera_of(&app->side[0], area.width, area.height);
     const double pixel =
         sqrt(dot3(c.up, c.up)) / area.height * -dot3(c.eye, c.forward);
 
-    s->pan[0] = fmin(fmax(s->pan[0] - pixel * dx, -0.5), 0.5);
-    s->pan[1] = fmin(fmax(s->pan[1] - pixel * dy, -0.5), 0.5);
+    move(&app->side[0], pixel * dx, pixel * dy);
     view_app_fit(app);
 }
 
@@ -158,8 +169,8 @@ static void act(view_app *app, view_act what, int step)
     case VIEW_LIST_FILES:
         if (app->files)
             app->files = false;
-        else if (!view_app_list(app))
-            view_app_notice_failure(app);
+        else
+            view_app_list(app);
         break;
     case VIEW_STEP_FILE:
         view_app_step(app, step);
@@ -167,8 +178,6 @@ static void act(view_app *app, view_act what, int step)
     case VIEW_OPEN_AGAIN:
         if (view_app_open(app, &app->request))
             view_app_notice(app, "%s is read again", app->request.path);
-        else
-            view_app_notice_failure(app);
         break;
     case VIEW_WRITE_PICTURE:
         app->wants_picture = true;
@@ -207,10 +216,11 @@ static void change(view_app *app, const view_control *c, int step)
     }
     do
         view_control_step(c, s, step);
-    while (!strcmp(c->option.name, "reflection") &&
-           ((view_needs_lobes(s->reflection) &&
-             !app->set->texture[VIEW_LOBES].data) ||
-            (s->mode == VIEW_SCENE && s->reflection == VIEW_REFERENCE)));
+    while ((s->mode == VIEW_MODEL && !app->model) ||
+           (!strcmp(c->option.name, "reflection") &&
+            ((view_needs_lobes(s->reflection) &&
+              !app->set->texture[VIEW_LOBES].data) ||
+             (s->mode == VIEW_SCENE && s->reflection == VIEW_REFERENCE))));
     view_control_text(c, s, value);
     view_app_notice(app, "%s: %s", c->label, value);
     view_app_fit(app);

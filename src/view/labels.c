@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/labels.h"
+#include "view/app.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,65 +8,56 @@
 #include <unistd.h>
 
 #include "view/frame.h"
-#include "view/inspect.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/ui.h"
-#include "view/vector.h"
 
 enum {
     SPACE = 5,
     BYTES = 400
 };
 
+static const char *const face_names[IBL_FACES] = {"+X", "-X", "+Y",
+                                                  "-Y", "+Z", "-Z"};
 /* A point of a text, in fractions of its size. */
 static const double upper_left[2] = {0, 0}, upper_right[2] = {1, 0},
                     upper[2] = {0.5, 0}, right[2] = {1, 0.5};
 
 /* ---- lines that say what is shown ---------------------------------------- */
 
-static void add_map(const view_settings *s, const baked_set *set, char *to)
-{
-    const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
-
-    if (s->mode == VIEW_TABLE)
-        view_add(to, BYTES,
-                 ", BRDF table: lines at 0.1 to 0.9, white scale, "
-                 "blue bias");
-    else if (s->mode == VIEW_IRRADIANCE_MAP)
-        view_add(to, BYTES, ", irradiance by %s",
-                 view_diffuse_names[view_diffuse_of(s, set)]);
-    else if (s->mode == VIEW_LEVELS)
-        view_add(to, BYTES, ", level %d of %d, roughness %.3g, %d x %d a face",
-                 s->level, chain->levels, set->roughness[s->level],
-                 ibl_cube_edge(chain->width, s->level),
-                 ibl_cube_edge(chain->width, s->level));
-    if (s->layout == VIEW_CROSS &&
-        (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP))
-        view_add(to, BYTES, ": +Y above, -X +Z +X -Z, -Y below");
-    if (s->channel)
-        view_add(to, BYTES, ", %s", view_channel_names[s->channel]);
-}
-
 static void write_title(const view_app *app, char text[BYTES])
 {
     const view_settings *s = &app->side[0];
     const baked_set *set = app->set;
+    const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
+    const int samples = view_renderer_samples(app->renderer);
 
     snprintf(text, BYTES, "%.80s", set->name);
     if (set->layer)
         view_add(text, BYTES, ", layer %d", set->layer);
     if (s->mode == VIEW_SPHERES)
         view_add(text, BYTES, ", %s", view_material_names[s->material]);
+    if (view_shows_materials(s) && !s->compare)
+        view_add(text, BYTES, ", %s", view_reflection_names[s->reflection]);
     if (s->mode == VIEW_SCENE)
         view_add(text, BYTES, ", scene at %.3g s", s->seconds);
-    else if (!view_is_lit(s))
-        add_map(s, set, text);
-    else if (!s->compare)
-        view_add(text, BYTES, ", %s", view_reflection_names[s->reflection]);
-    if (view_renderer_samples(app->renderer))
-        view_add(text, BYTES, ", reference of %d samples",
-                 view_renderer_samples(app->renderer));
+    if (s->mode == VIEW_TABLE)
+        view_add(text, BYTES,
+                 ", BRDF table: lines at 0.1 to 0.9, white scale, blue bias");
+    if (s->mode == VIEW_IRRADIANCE_MAP)
+        view_add(text, BYTES, ", irradiance by %s",
+                 view_diffuse_names[view_diffuse_of(s, set)]);
+    if (s->mode == VIEW_LEVELS)
+        view_add(text, BYTES, ", level %d of %d, roughness %.3g, faces of %d",
+                 s->level, chain->levels, set->roughness[s->level],
+                 ibl_cube_edge(chain->width, s->level));
+    if (s->layout == VIEW_CROSS &&
+        (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP))
+        view_add(text, BYTES, ": +Y above, -X +Z +X -Z, -Y below");
+    if (!view_is_lit(s) && s->channel)
+        view_add(text, BYTES, ", %s", view_channel_names[s->channel]);
+    if (samples)
+        view_add(text, BYTES, ", reference of %d samples", samples);
     if (s->ev < 0 || s->ev > 0)
         view_add(text, BYTES, ", EV %+.3g", s->ev);
 }
@@ -116,24 +107,22 @@ static void add_axis(const view_app *app, const view_area *area,
 {
     const view_settings *s = &app->side[0];
     const int count = columns ? s->columns : s->rows;
-    const int step = columns ? 1 : s->columns;
     const double bottom = app->height - area->y, line = VIEW_LINE * app->scale;
-    double last = columns ? area->x : HUGE_VAL, at[2], w, h;
+    double last = HUGE_VAL, at[2];
     char text[32];
 
     for (int i = 0; i < count; i++) {
-        const view_sphere *b = &balls[i * step];
+        const view_sphere *b = &balls[columns ? i : i * s->columns];
+        place(app, area, b->centre, at);
+        if (fabs(at[!columns] - last) < (columns ? 2 : 1) * line)
+            continue;
+        last = at[!columns];
         snprintf(text, sizeof text, "%.2g",
                  columns ? b->roughness : b->metallic);
-        place(app, area, b->centre, at);
-        view_ui_measure(text, &w, &h);
-        if (columns ? at[0] - w / 2 < last : at[1] + h > last)
-            continue;
         if (columns)
             view_ui_text(at[0], bottom, upper, text);
         else
             view_ui_text(area->x - SPACE, at[1], right, text);
-        last = columns ? at[0] + w : at[1];
     }
     if (columns)
         view_ui_text(0, bottom, upper_left, " roughness");
@@ -141,43 +130,61 @@ static void add_axis(const view_app *app, const view_area *area,
         view_ui_text(0, bottom - area->height + line, upper_left, " metallic");
 }
 
-/* Names below a map: faces of a strip, directions of an equirectangular map. */
+/* Names below a map: faces of a strip, directions of an equirectangular map,
+ * ends of the table, which has names beside it, too. */
 static void add_names(const view_app *app, const view_area *area)
 {
     static const char *const turns[] = {"-X", "-Z", "+X", "+Z", "-X"};
+    static const char *const ends[] = {"N.V 0", "1"};
     const view_settings *s = &app->side[0];
+    const bool table = s->mode == VIEW_TABLE;
     const bool strip = s->layout == VIEW_STRIP && s->mode != VIEW_SOURCE_MAP;
-    const int count = strip ? IBL_FACES : 5;
-    const double shape = strip ? 6 : 2, middle = area->x + area->width / 2.0;
-    const double wide = fmin(area->width, shape * area->height) * s->zoom;
+    const char *const *names = table ? ends : strip ? face_names : turns;
+    const int count = table ? 2 : strip ? IBL_FACES : 5;
+    const double bottom = app->height - area->y;
+    double size[2];
 
+    view_app_map_size(app, size);
+    const double left =
+        area->x + 0.5 * area->width - size[0] * (0.5 + s->pan[0]);
     for (int i = 0; i < count; i++) {
-        const double share = strip ? (i + 0.5) / 6 : i / 4.0;
-        const double x = middle + (share - 0.5 - s->pan[0]) * wide;
+        const double share =
+            names == face_names ? (i + 0.5) / count : i / (count - 1.0);
+        const double x = left + share * size[0];
         if (x >= area->x && x <= area->x + area->width)
-            view_ui_text(x, app->height - area->y,
-                         (double[2]){strip ? 0.5 : share, 0},
-                         strip ? view_face_names[i] : turns[i]);
+            view_ui_text(x, bottom,
+                         (double[2]){names == face_names ? 0.5 : share, 0},
+                         names[i]);
+    }
+    if (table) {
+        view_ui_text(left - SPACE, bottom, (double[2]){1, 1}, "roughness 0");
+        view_ui_text(left - SPACE, bottom - area->height, upper_right, "1");
     }
 }
 
-static void add_table(const view_app *app, const view_area *area)
+/* ---- under the pointer --------------------------------------------------- */
+
+static void write_texel(const view_app *app, int x, int y, char text[BYTES])
 {
     const view_settings *s = &app->side[0];
-    const double side = fmin(area->width, area->height) * s->zoom;
-    const double left = area->x + area->width / 2.0 - side * (0.5 + s->pan[0]);
-    const double bottom = app->height - area->y;
+    float told[3][4];
+    const float *at = told[0], *d = told[1], *value = told[2];
 
-    view_ui_text(left, bottom, upper_left, "N.V 0");
-    view_ui_text(left + side, bottom, upper_right, "1");
-    view_ui_text(left - SPACE, bottom, (double[2]){1, 1}, "roughness 0");
-    view_ui_text(left - SPACE, bottom - area->height, upper_right, "1");
+    if (!view_renderer_texel(app->renderer, x, y, told))
+        return;
+    if (at[0] >= 0)
+        snprintf(text, BYTES, "level %g  %s ", at[1], face_names[(int)at[0]]);
+    if (s->mode == VIEW_TABLE)
+        snprintf(text, BYTES,
+                 "(%g, %g)  N.V %.4f roughness %.4f  R %.5g G %.5g", at[2],
+                 at[3], d[0], d[1], value[0], value[1]);
+    else
+        view_add(text, BYTES,
+                 "(%g, %g)  dir %.3f %.3f %.3f  rgb %.4g %.4g %.4g", at[2],
+                 at[3], d[0], d[1], d[2], value[0], value[1], value[2]);
 }
 
-/* ---- under the pointer ----------------------------------------------------
- */
-
-/* The probe that lights what the pointer is at most, or the texel there. */
+/* The texel there, or the probe that lights what is there most. */
 static void write_pointer(const view_app *app, const view_area *area,
                           char text[BYTES])
 {
@@ -190,11 +197,9 @@ static void write_pointer(const view_app *app, const view_area *area,
     *text = '\0';
     if (x < 0 || y < 0 || x >= area->width || y >= area->height)
         return;
-    if (s->mode != VIEW_SCENE) {
-        const view_texel t =
-            view_inspect(app->set, s, area->width, area->height, x, y);
-        view_texel_text(&t, text, BYTES);
-    } else if (stage && s->weights) {
+    if (!view_is_lit(s)) {
+        write_texel(app, (int)x, area->height - 1 - (int)y, text);
+    } else if (s->mode == VIEW_SCENE && stage && s->weights) {
         const int locals = view_scene_state_of(stage)->draw.locals.count;
         const int i = view_scene_probe_at(stage, s, area->width, area->height,
                                           x, y, weights);
@@ -238,8 +243,6 @@ static void draw_labels(const view_app *app, const view_area *area)
         view_grid(s, balls);
         add_axis(app, area, balls, true);
         add_axis(app, area, balls, false);
-    } else if (s->mode == VIEW_TABLE) {
-        add_table(app, area);
     } else {
         add_names(app, area);
     }

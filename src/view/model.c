@@ -35,16 +35,13 @@ static const struct {
     SLOT("coat", clearcoat, false),
     SLOT("coat_rough", clearcoat_roughness, false),
     SLOT("coat_normal", clearcoat_normal, false),
-    SLOT("sheen", sheen_colour, true),
-    SLOT("sheen_rough", sheen_roughness, false),
 #undef SLOT
 };
 
 enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
-    SHEEN_SLOT = 10,
-    SET_MAPS = 9, /* that a program looks up besides, at most */
+    SET_MAPS = 9,  /* that a program looks up besides, at most */
     /* Bits of a program's key above those of the textures it has, and, from
      * FEATURE_BITS, its view_lighting_key. */
     HAS_MASK = 1 << SLOTS,
@@ -52,17 +49,15 @@ enum {
     HAS_UNLIT = 4 << SLOTS,
     HAS_TANGENTS = 8 << SLOTS,
     HAS_COAT = 16 << SLOTS,
-    HAS_SHEEN = 32 << SLOTS,
-    DEPTH_ONLY = 64 << SLOTS,
-    HAS_GLOSS = 128 << SLOTS,
-    BY_PROBES = 256 << SLOTS,
-    FEATURE_BITS = SLOTS + 9
+    DEPTH_ONLY = 32 << SLOTS,
+    HAS_GLOSS = 64 << SLOTS,
+    BY_PROBES = 128 << SLOTS,
+    FEATURE_BITS = SLOTS + 8
 };
 
 /* What these bits define, from HAS_MASK on. */
-static const char *const features[] = {"MASK",     "BLEND", "UNLIT",
-                                       "TANGENTS", "COAT",  "SHEEN",
-                                       "DEPTH",    "GLOSS", "PROBES"};
+static const char *const features[] = {"MASK", "BLEND", "UNLIT", "TANGENTS",
+                                       "COAT", "DEPTH", "GLOSS", "PROBES"};
 
 /* Attributes of model.vert. */
 enum {
@@ -81,7 +76,6 @@ typedef struct model_block {
     float surface[4];
     float specular[4];
     float coat[4];
-    float sheen[4];
     float rows[SLOTS][2][4];
 } model_block;
 
@@ -185,17 +179,10 @@ static const ibl_scene_texture *texture_at(const ibl_scene_material *s, int i)
     return (const void *)((const char *)s + slots[i].at);
 }
 
-static bool has_sheen(const ibl_scene_material *s)
-{
-    return s->sheen_colour[0] > 0 || s->sheen_colour[1] > 0 ||
-           s->sheen_colour[2] > 0;
-}
-
 static bool wants_slot(const ibl_scene_material *s, int i)
 {
     return texture_at(s, i)->image >= 0 && (i == 0 || !s->unlit) &&
-           (i < COAT_SLOT ||
-            (i < SHEEN_SLOT ? s->clearcoat > 0 : has_sheen(s)));
+           (i < COAT_SLOT || s->clearcoat > 0);
 }
 
 /* The texture of an image, made on first use; 0, with a message. */
@@ -236,9 +223,7 @@ static model_block block_of(const ibl_scene_material *s, int index)
                                   f0 * s->specular_colour[1],
                                   f0 * s->specular_colour[2], s->specular},
                      .coat = {s->clearcoat, s->clearcoat_roughness,
-                              s->clearcoat_normal_scale, s->alpha_cutoff},
-                     .sheen = {s->sheen_colour[0], s->sheen_colour[1],
-                               s->sheen_colour[2], s->sheen_roughness}};
+                              s->clearcoat_normal_scale, s->alpha_cutoff}};
 
     memcpy(b.base_colour, s->base_colour, sizeof b.base_colour);
     for (int i = 0; i < SLOTS; i++) {
@@ -268,7 +253,6 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
     to->key = (s->alpha_mode == IBL_SCENE_MASK ? HAS_MASK : 0) |
               (to->blended ? HAS_BLEND : 0) | (s->unlit ? HAS_UNLIT : 0) |
               (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
-              (has_sheen(s) && !s->unlit ? HAS_SHEEN : 0) |
               (s->glossy && !s->unlit ? HAS_GLOSS : 0);
     to->block = block_of(s, i);
     gl.BindBuffer(GL_UNIFORM_BUFFER, m->blocks);
@@ -483,15 +467,17 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
     /* Only those that are drawn. */
     for (int i = 0; i < m->draw_count; i++) {
         const int material = m->draws[i].part->material;
+        const ibl_scene_material *s = &scene->materials[material];
         if (m->materials[material].block.emissive[3] == 0 &&
             !make_material(m, scene, material))
             return false;
-        beyond = beyond || scene->materials[material].transmission > 0 ||
-                 scene->materials[material].anisotropy > 0;
+        beyond = beyond || s->transmission > 0 || s->anisotropy > 0 ||
+                 s->sheen_colour[0] > 0 || s->sheen_colour[1] > 0 ||
+                 s->sheen_colour[2] > 0;
     }
     if (beyond)
-        view_note("KHR_materials_transmission and _anisotropy are not drawn: "
-                  "surfaces are opaque, reflections round");
+        view_note("KHR_materials_transmission, _anisotropy and _sheen are not "
+                  "drawn: surfaces are opaque, reflections round");
     return true;
 }
 
@@ -572,9 +558,7 @@ const char *view_model_material(const view_model *m, int i)
 static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
-    const int off = light->override ? HAS_UNLIT | HAS_COAT | HAS_SHEEN
-                    : light->sheen  ? 0
-                                    : HAS_SHEEN;
+    const int off = light->override ? HAS_UNLIT | HAS_COAT : 0;
     GLuint used = 0;
 
     for (int i = 0; i < m->draw_count; i++) {
@@ -721,111 +705,4 @@ bool view_subject_draw(const view_subject *s, const view_lighting *light,
     gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, s->count);
     gl.Disable(GL_BLEND);
     return true;
-}
-
-/* ---- the material ball, as if it had been read from a file -----------------
- */
-
-enum {
-    ROWS = 48,
-    COLUMNS = 2 * ROWS,
-    ACROSS = COLUMNS + 1, /* the seam has two columns of vertices */
-    VERTICES = (ROWS + 1) * ACROSS,
-    WAVES = 20,  /* around the ball */
-    HEIGHT = 256 /* of the normal map, which is twice as wide */
-};
-
-typedef struct ball {
-    float position[VERTICES][3], texcoord[VERTICES][2];
-    uint32_t index[ROWS * COLUMNS][6];
-    unsigned char texels[HEIGHT][2 * HEIGHT][4];
-} ball;
-
-#define NONE                                                                   \
-    {                                                                          \
-        .image = -1                                                            \
-    }
-const ibl_scene_material view_model_plain = {
-    .name = "",
-    .base_colour = {1, 1, 1, 1},
-    .metallic = 1,
-    .roughness = 1,
-    .normal_scale = 1,
-    .ior = 1.5F,
-    .specular = 1,
-    .specular_colour = {1, 1, 1},
-    .base_colour_texture = NONE,
-    .metallic_roughness_texture = NONE,
-    .normal_texture = NONE,
-    .occlusion_texture = NONE,
-    .emissive_texture = NONE,
-    .specular_texture = NONE,
-    .specular_colour_texture = NONE,
-};
-
-view_model *view_model_ball(void)
-{
-    static char name[] = "material ball";
-    ball *b = ibl_need(malloc(sizeof *b));
-    ibl_scene_material material = view_model_plain;
-    ibl_scene_primitive primitive = {.vertex_count = VERTICES,
-                                     .index_count = 6 * ROWS * COLUMNS,
-                                     .position = b->position[0],
-                                     .normal = b->position[0],
-                                     .texcoord = {b->texcoord[0]},
-                                     .index = b->index[0]};
-    ibl_scene_draw draw = {.to_world = {[0] = 1, [5] = 1, [10] = 1, [15] = 1}};
-    ibl_scene_image image = {.name = name,
-                             .width = 2 * HEIGHT,
-                             .height = HEIGHT,
-                             .rgba = b->texels[0][0]};
-    ibl_scene scene = {.primitives = &primitive,
-                       .materials = &material,
-                       .draws = &draw,
-                       .images = &image,
-                       .primitive_count = 1,
-                       .material_count = 1,
-                       .draw_count = 1,
-                       .image_count = 1,
-                       .bounds = {{-1, -1, -1}, {1, 1, 1}}};
-
-    material.name = name;
-    material.normal_texture = (ibl_scene_texture){
-        .wrap_s = GL_REPEAT, .wrap_t = GL_CLAMP_TO_EDGE, .scale = {1, 1}};
-    /* u goes around from the back, with +Z in its middle; v is down. */
-    for (int i = 0; i < VERTICES; i++) {
-        const int row = i / ACROSS, column = i % ACROSS;
-        const double theta = M_PI * row / ROWS;
-        const double phi = 2 * M_PI * column / COLUMNS - M_PI;
-        b->position[i][0] = (float)(sin(theta) * sin(phi));
-        b->position[i][1] = (float)cos(theta);
-        b->position[i][2] = (float)(sin(theta) * cos(phi));
-        b->texcoord[i][0] = (float)column / COLUMNS;
-        b->texcoord[i][1] = (float)row / ROWS;
-    }
-    for (int i = 0; i < ROWS * COLUMNS; i++) {
-        const uint32_t a = (uint32_t)(i / COLUMNS * ACROSS + i % COLUMNS);
-        const uint32_t corners[6] = {a,     a + ACROSS, a + 1,
-                                     a + 1, a + ACROSS, a + ACROSS + 1};
-        memcpy(b->index[i], corners, sizeof corners);
-    }
-    /* The normal of the height cos x cos y, in a belt around the equator. */
-    for (int i = 0; i < 2 * HEIGHT * HEIGHT; i++) {
-        const int row = i / (2 * HEIGHT), column = i % (2 * HEIGHT);
-        const double wave = 2 * M_PI * WAVES / (2.0 * HEIGHT);
-        const double x = (column + 0.5) * wave, y = (row + 0.5) * wave;
-        const double off = fabs(2 * (row + 0.5) / HEIGHT - 1);
-        const double edge = fmin(fmax((0.35 - off) / 0.1, 0), 1);
-        const double steep = 0.4 * edge * edge * (3 - 2 * edge);
-        /* Green is against v. */
-        double n[3] = {steep * sin(x) * cos(y), -steep * cos(x) * sin(y), 1};
-        normalise3(n);
-        for (int k = 0; k < 3; k++)
-            b->texels[row][column][k] =
-                (unsigned char)lrint(127.5 * (n[k] + 1));
-        b->texels[row][column][3] = 255;
-    }
-    view_model *m = view_model_create(NULL, &scene, name);
-    free(b);
-    return m;
 }

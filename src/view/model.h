@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* A scene of glTF in OpenGL, drawn by the set: metallic-roughness with
- * specular, clearcoat, sheen and unlit; anisotropy and transmission are left
+ * specular, clearcoat and unlit; anisotropy, transmission and sheen are left
  * out. */
 #ifndef VIEW_MODEL_H
 #define VIEW_MODEL_H
@@ -27,12 +27,6 @@ void view_model_place(view_model *m, const double at[3], double radius);
 void view_model_stand(view_model *m, const double floor[3], double radius);
 /* Moves a draw of a scene, by its index. */
 void view_model_move(view_model *m, int draw, const double at[3], double scale);
-
-/* A material of no textures and all defaults. */
-extern const ibl_scene_material view_model_plain;
-/* A sphere with a normal map around its middle, of no material of its own:
- * see view_override. NULL, with a message. */
-view_model *view_model_ball(void);
 
 /* Draws it with depth into the bound framebuffer, which has cleared depth. eye:
  * of the camera. Changes program, vertex array and units from VIEW_MODEL_UNITS;

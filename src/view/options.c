@@ -44,11 +44,6 @@ static bool parse_texel(void *field, const char *value)
     return ibl_number_list(value, ',', 0, 16383, field, 2) == 2;
 }
 
-static bool parse_face_order(void *order, const char *value)
-{
-    return ibl_face_order_parse(value, order);
-}
-
 /* ---- what is printed ---------------------------------------------------- */
 
 static void print_materials(FILE *to)
@@ -119,6 +114,8 @@ static bool check_pairs(const view_options *o)
         {mode == VIEW_SCENE && (s->reflection == VIEW_REFERENCE ||
                                 o->other.reflection == VIEW_REFERENCE),
          "--reflection reference", "is of --mode spheres and model"},
+        {!o->model && mode == VIEW_MODEL, "--mode model",
+         "is of a model: add --model"},
         {o->model && mode != VIEW_MODEL && mode != VIEW_SCENE, "--model",
          "is of --mode model and scene"},
         {o->probe_set && mode != VIEW_SCENE, "--probe-set",
@@ -159,7 +156,7 @@ static bool check_controls(const ibl_given *given, const view_settings *s,
                            const view_options *o)
 {
     const char *file = o->contact_sheet ? o->contact_sheet : o->offscreen;
-    const unsigned facts = view_facts(s, o->model, o->probe_set, file);
+    const unsigned facts = view_facts(s, o->probe_set, file);
 
     for (int i = 0; view_control_at(i); i++) {
         const view_control *c = view_control_at(i);
@@ -294,14 +291,6 @@ static const ibl_option files[] = {
      .help = "the irradiance map, if it is not beside PATH"},
     {"lut", 0, IBL_TEXT(request.lut, "FILE"), .standard = "",
      .help = "the BRDF table"},
-    {"input-layout", 0, IBL_CHOICE(request.layout, ibl_input_names),
-     .help = "how PATH holds an environment to bake: as of iblbake; with "
-             "cube, a texture is one"},
-    {"face-order", 0, IBL_OTHER(request.face_order, "LIST", parse_face_order),
-     .allowed = IBL_FACE_ORDER_ALLOWED, .standard = "the layout's",
-     .help = "which faces those of an environment are, as of iblbake"},
-    {"input-transfer", 0, IBL_CHOICE(request.transfer, ibl_transfer_names),
-     .help = "the curve of an environment's integers, as of iblbake"},
     {"map", 0, IBL_TEXT(request.map, "FILE"), .standard = "",
      .help = "the map that PATH was baked from, if it is not where it was: the "
              "backdrop and the reference"},
@@ -380,6 +369,9 @@ static const ibl_gone gone[] = {
     {"no-capture-shadows", "captures have shadows"},
     {"multiscatter", "is the default: leave it out"},
     {"reflection=bent", "fit has fewer errors"},
+    {"input-layout", "iblbake --input-layout bakes it first"},
+    {"face-order", "iblbake --face-order bakes it first"},
+    {"input-transfer", "iblbake --input-transfer bakes it first"},
     {.words = NULL}};
 
 /* Those of controls.c with the others beside them; view_options_parse fills it.
@@ -466,15 +458,10 @@ bool view_options_may(const view_options *o)
                          : r->layer    ? "--array-layer"
                                        : NULL;
     const char *why;
-    const bool map = view_kind_of(r->path, r->layout, &why) == VIEW_KIND_MAP;
+    const bool map = view_kind_of(r->path, &why) == VIEW_KIND_MAP;
 
     if (strcmp(r->path, "-") != 0 && !map && access(r->path, F_OK))
         return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
-    if (!map && (r->transfer || r->face_order[0] + r->face_order[1]))
-        return view_fail("%s: is a baked set: %s is for an environment, which "
-                         "a texture is with --input-layout cube",
-                         r->path,
-                         r->transfer ? "--input-transfer" : "--face-order");
     return !option || !map ||
            view_fail("%s: %s is baked here, with all that belongs to it: the "
                      "option is for baked files",

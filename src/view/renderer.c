@@ -52,8 +52,8 @@ struct view_renderer {
     int places;                   /* drawn */
     const view_probe_set *probes; /* of the scene, or NULL */
     view_model *model;            /* that was set, or NULL */
-    view_model *ball;             /* made on first use */
     view_ground ground;           /* of the model */
+    view_image told;              /* of view_renderer_texel */
     int samples;     /* of the reference per draw; 0: by the clock */
     GLuint backdrop; /* the map of the set, or 0 */
     bool knows_backdrop;
@@ -117,7 +117,6 @@ void view_renderer_free(view_renderer *r)
         view_truth_free(r->side[i].truth);
         view_scene_free(r->side[i].stage);
     }
-    view_model_free(r->ball);
     free(r);
 }
 
@@ -189,12 +188,6 @@ void view_renderer_model(view_renderer *r, view_model *model)
     view_renderer_restart(r);
 }
 
-/* What VIEW_MODEL shows. */
-static view_model *model(const view_renderer *r)
-{
-    return r->model ? r->model : r->ball;
-}
-
 /* Uploads the map of the set, when it or the reference is first seen. */
 static void find_backdrop(view_renderer *r, const view_settings *s)
 {
@@ -220,8 +213,6 @@ static void bind_maps(const GLuint maps[VIEW_CONTENTS])
     view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
     view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
-    view_gl_bind(VIEW_UNIT_SHEEN, cube, maps[VIEW_SHEEN]);
-    view_gl_bind(VIEW_UNIT_SHEEN_TABLE, GL_TEXTURE_2D, maps[VIEW_SHEEN_TABLE]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -287,14 +278,14 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
                        view_frame *f)
 {
     view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
+    f->diffuse[3] = (float)view_set_lit_by(set_of(r, 0));
     if (has_ground(s))
-        view_ground_fill(&r->ground, s, set_of(r, 0), model(r), f);
+        view_ground_fill(&r->ground, s, set_of(r, 0), r->model, f);
     if (!r->backdrop)
         return;
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
         f->shading[2] = VIEW_BACKDROP_MAP;
     f->diffuse[2] = (float)(set_of(r, 0)->source_yaw / 360);
-    f->diffuse[3] = 1;
 }
 
 /* Captures what is due for the scene; the picture begins anew if that changes
@@ -322,19 +313,14 @@ static bool update(view_renderer *r, int i, const view_settings *state)
     view_settings at = *state, *s = &at;
     view_frame frame;
 
-    if (!r->model && s->mode == VIEW_MODEL)
-        s->override = VIEW_MATERIAL;
     if (has_ground(s) && !r->ground.known)
         view_ground_load(&r->ground, set_of(r, 0));
 
     if (s->mode == VIEW_SPHERES)
         update_spheres(r, to, s);
-    if (s->mode == VIEW_MODEL && !r->model && !r->ball &&
-        !(r->ball = view_model_ball()))
-        return false;
     if (s->mode == VIEW_MODEL) {
-        view_model_place(model(r), (const double[3]){0}, 1);
-        s->pose = view_model_camera(model(r), s->file_camera - 1);
+        view_model_place(r->model, (const double[3]){0}, 1);
+        s->pose = view_model_camera(r->model, s->file_camera - 1);
     }
     if (s->mode == VIEW_SCENE && !update_stage(r, i, s))
         return false;
@@ -395,7 +381,7 @@ static view_subject subject(view_renderer *r, const side *of)
                           .instances = of->instances,
                           .count = of->count,
                           .programs = r->spheres,
-                          .model = shows_model ? model(r) : NULL,
+                          .model = shows_model ? r->model : NULL,
                           .width = r->area.width,
                           .height = r->area.height,
                           .eye = of->frame.eye,
@@ -404,18 +390,34 @@ static view_subject subject(view_renderer *r, const side *of)
 }
 
 /* Draws a map. */
-static void inspect(const view_renderer *r, const side *of)
+static void inspect(const view_renderer *r, GLuint sampler)
 {
-    const GLuint sampler = of->settings.filter ? r->smooth : r->nearest;
     static const GLuint units[] = {VIEW_UNIT_SPECULAR, VIEW_UNIT_IRRADIANCE,
                                    VIEW_UNIT_BACKDROP};
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], sampler);
     view_gl_draw_full(r->inspect);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], 0);
+}
+
+bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4])
+{
+    const GLint pointer = gl.GetUniformLocation(r->inspect, "pointer");
+
+    if (!view_image_make(&r->told, 3, 1))
+        return false;
+    view_image_begin(&r->told);
+    gl.Disable(GL_BLEND);
+    bind_maps(maps_of(r, 0));
+    view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
+    gl.UseProgram(r->inspect);
+    gl.Uniform4f(pointer, (float)x + 0.5F, (float)y + 0.5F, 1, 0);
+    inspect(r, r->nearest);
+    gl.Uniform4f(pointer, 0, 0, 0, 0);
+    gl.ReadPixels(0, 0, 3, 1, GL_RGBA, GL_FLOAT, told);
+    return told[2][3] >= 0;
 }
 
 /* Uploads the frame of the next place of a state. */
@@ -440,15 +442,14 @@ static bool draw_place(view_renderer *r, int i)
                                  .diffuse = view_diffuse_of(&at, set_of(r, i)),
                                  .parts = at.parts,
                                  .rough_fresnel = at.rough_fresnel,
-                                 .override = at.override != VIEW_AS_IS,
-                                 .sheen =
-                                     set_of(r, i)->texture[VIEW_SHEEN].data};
+                                 .override = at.override != VIEW_AS_IS};
 
     if (at.mode == VIEW_SCENE)
         return view_scene_draw(of->stage, &at, &of->picture);
     if (view_shows_materials(&at))
         return view_subject_draw(&seen, &light, &of->picture);
-    inspect(r, of);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
+    inspect(r, at.filter ? r->smooth : r->nearest);
     return true;
 }
 
@@ -472,7 +473,7 @@ static bool draw_side(view_renderer *r, int i)
 
     bind_maps(maps_of(r, i));
     if (has_ground(&of->settings) &&
-        !view_ground_draw(&r->ground, &of->frame, model(r),
+        !view_ground_draw(&r->ground, &of->frame, r->model,
                           r->places == 0 || r->sides > 1))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
@@ -519,7 +520,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
 {
     bool ok = true;
 
-    if (!set_of(r, 0))
+    if (!set_of(r, 0) || (state->mode == VIEW_MODEL && !r->model))
         return view_fail("nothing is loaded that could be drawn");
     r->stale |= area->width != r->area.width ||
                 area->height != r->area.height ||
@@ -683,7 +684,7 @@ int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
 
-    return s->mode == VIEW_MODEL     ? view_model_materials(model(r))
+    return s->mode == VIEW_MODEL     ? view_model_materials(r->model)
            : s->mode == VIEW_SPHERES ? s->rows * s->columns
                                      : 1;
 }
@@ -691,7 +692,7 @@ int view_renderer_parts(const view_renderer *r)
 const char *view_renderer_part(const view_renderer *r, int i)
 {
     return r->side[0].settings.mode == VIEW_MODEL
-               ? view_model_material(model(r), i)
+               ? view_model_material(r->model, i)
                : "";
 }
 

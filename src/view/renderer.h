@@ -44,8 +44,8 @@ bool view_renderer_against(view_renderer *r, const baked_set *set);
 /* Sets local probes of the scene, instead of captured ones; NULL: none. The
  * caller keeps them unchanged until the next call. */
 void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
-/* Sets the model of VIEW_MODEL, instead of the material ball, and of the scene;
- * NULL: none. The caller keeps it until the next call. */
+/* Sets the model of VIEW_MODEL and of the scene; NULL: none. The caller keeps
+ * it until the next call. */
 void view_renderer_model(view_renderer *r, view_model *model);
 
 /* Where pictures are shown: framebuffer 0 at first. */
@@ -67,6 +67,11 @@ bool view_renderer_read(const view_renderer *r, int side, float *rgb);
 /* The last picture in linear light, without exposure, tone curve or gain; else
  * as it is shown. The same shape. False, with a message. */
 bool view_renderer_linear(const view_renderer *r, float *rgb);
+/* What of a map is at a pixel of the last picture, counted from the lower left:
+ * its face, or -1, level, column and row; the direction of its centre in
+ * the environment's frame, of the table N.V and roughness; its value. False:
+ * nothing. */
+bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4]);
 /* The scene of the first side; NULL before it was drawn. */
 view_scene *view_renderer_stage(const view_renderer *r);
 

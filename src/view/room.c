@@ -232,7 +232,7 @@ static ibl_scene_material material_of(const view_room_material *from)
 {
     const bool metal = from->f0[0] > 0.1f, lamp = from->f0[0] <= 0;
     const float r = sqrtf(metal ? 0 : from->f0[0]);
-    ibl_scene_material m = view_model_plain;
+    ibl_scene_material m = ibl_scene_material_default();
 
     memcpy(m.base_colour, metal ? from->f0 : from->albedo, sizeof from->f0);
     memcpy(m.emissive, from->emission, sizeof m.emissive);
@@ -488,7 +488,6 @@ static bool fill_frame(view_frame *f, const view_room_draw *d, int width,
     }
     f->turn[0] = (float)cos(turn);
     f->turn[1] = (float)sin(turn);
-    f->turn[2] = (float)d->widening;
     f->shading[2] = d->map ? VIEW_BACKDROP_MAP : VIEW_BACKDROP_CUBE;
     cross3(c->right, c->up, right_up);
     return dot3(right_up, c->forward) > 0;

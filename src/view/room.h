@@ -105,7 +105,6 @@ typedef struct view_room_draw {
     view_model *guest; /* is drawn, too, or NULL */
     bool map;          /* the sky is the environment's map; not for captures */
     bool bare;         /* no sky: what it would cover is 0, alpha too */
-    double widening;   /* view_widening; 0 for captures */
 } view_room_draw;
 
 /* NULL, with a message; needs cube map arrays. */

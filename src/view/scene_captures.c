@@ -162,7 +162,6 @@ static void capture(view_scene *st, const ibl_probe *p, const view_cubes *to,
     d.weights = d.map = false;
     d.light.parts = VIEW_PARTS_ALL;
     d.guest = NULL;
-    d.widening = 0;
     d.bare = st->made.probe_limit;
     d.camera =
         (view_camera){.eye = {p->position[0], p->position[1], p->position[2]},
@@ -344,7 +343,6 @@ bool view_scene_draw(view_scene *st, const view_settings *s, view_image *to)
     view_room_draw *d = &st->now.draw;
 
     d->camera = view_scene_camera(s, to->width, to->height);
-    d->widening = view_widening(s);
     d->map = d->environment.map;
     d->guest = st->guest;
     return view_room_render(st->room, d, to) &&

@@ -69,13 +69,6 @@ void view_set_place(view_settings *s, int i)
     s->pixel[1] = (y + (x + 0.5) / n) / n - 0.5;
 }
 
-double view_widening(const view_settings *s)
-{
-    return s->antialias > 1 && !s->compare && !view_wants_reference(s)
-               ? 1.0 / s->antialias
-               : 0;
-}
-
 bool view_needs_lobes(view_reflection reflection)
 {
     return reflection >= VIEW_TABLE_LOBES && reflection <= VIEW_FOUR_TAPS;

@@ -14,7 +14,7 @@ typedef enum view_mode {
     VIEW_IRRADIANCE_MAP, /* the irradiance map */
     VIEW_TABLE,          /* the BRDF table with iso-lines */
     VIEW_SCENE,          /* the room with a probe */
-    VIEW_MODEL,          /* a scene of glTF, or a material ball */
+    VIEW_MODEL,          /* a scene of glTF */
     VIEW_SOURCE_MAP,     /* the environment at its own resolution */
     VIEW_MODES
 } view_mode;
@@ -89,7 +89,7 @@ typedef enum view_override {
     VIEW_AS_IS,
     VIEW_CLAY,     /* albedo .5, rough, not metallic */
     VIEW_CHROME,   /* a mirror of chromium */
-    VIEW_MATERIAL, /* settings.material, as the ball has it */
+    VIEW_MATERIAL, /* settings.material */
     VIEW_OVERRIDES
 } view_override;
 
@@ -229,9 +229,6 @@ int view_places(const view_settings *s);
 /* Sets s->pixel to place i of view_places: a lattice that is turned, so that
  * edges along rows and columns meet each place apart. */
 void view_set_place(view_settings *s, int i);
-/* How far normals of a pixel are taken apart, in pixels, for the roughness that
- * stands for their curvature; 0: not at all, as where errors are measured. */
-double view_widening(const view_settings *s);
 /* Whether a reflection needs the set's table of lobes. */
 bool view_needs_lobes(view_reflection reflection);
 

@@ -8,8 +8,6 @@
 #include "common/process.h"
 #include "common/signals.h"
 #include "view/folder.h"
-#include "view/inspect.h"
-#include "view/labels.h"
 #include "view/message.h"
 #include "view/ui.h"
 
@@ -255,7 +253,7 @@ static bool make_sheet(view_app *app)
 static bool draw(view_app *app)
 {
     const view_options *o = app->options;
-    view_screen *screen = view_screen_memory(o->size[0], o->size[1], NULL);
+    const bool screen = view_screen_memory(o->size[0], o->size[1], NULL);
     const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
 
     app->labels = o->labels && !view_picture_is_linear(file);
@@ -269,22 +267,8 @@ static bool draw(view_app *app)
     view_ui_free();
     if (screen)
         view_app_end(app);
-    view_screen_close(screen);
+    view_screen_close();
     return ok;
-}
-
-static void print_texel(const view_app *app)
-{
-    const view_options *o = app->options;
-    const view_area area = view_app_area(app);
-    char text[200];
-    const view_texel t =
-        view_inspect(app->set, &app->side[0], area.width, area.height,
-                     o->texel[0] + 0.5 - area.x,
-                     o->texel[1] + 0.5 - (app->height - area.y - area.height));
-
-    view_texel_text(&t, text, sizeof text);
-    printf("%s\n", t.inside ? text : "nothing of a map is there");
 }
 
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
@@ -304,8 +288,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
 
     if (!view_options_may(o))
         return false;
-    const view_kind kind =
-        view_kind_of(o->request.path, o->request.layout, &why);
+    const view_kind kind = view_kind_of(o->request.path, &why);
     if (kind == VIEW_KIND_FOLDER)
         return view_fail("%s: is a folder, not a set: name a file in it",
                          o->request.path);
@@ -316,8 +299,6 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
         view_report_set(set);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(&app);
-    if (ok && o->texel[0] >= 0)
-        print_texel(&app);
     view_set_free(set);
     return ok;
 }

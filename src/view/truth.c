@@ -18,72 +18,37 @@
  * rounding in an even environment, and would only add noise. */
 static const double worth = 1.0 / 64;
 
-/* Adds the brightness of texels to the cells that their centres are in;
- * negative and non-finite values are dark. */
-static void pool(const ibl_texture *cube, int edge, float *cells)
-{
-    const int n = cube->width;
-    const size_t row_bytes = (size_t)n * ibl_pixel_bytes(cube->pixel);
-    /* A cell has about (n / edge)^2 texels. */
-    const double share = (double)edge / n * ((double)edge / n);
-    float *row = ibl_need(malloc(3 * (size_t)n * sizeof *row));
-
-    for (int i = 0; i < IBL_FACES * n; i++) {
-        const int face = i / n, y = i % n;
-        const int to = face * edge + (int)((2LL * y + 1) * edge / (2LL * n));
-        ibl_pixel_decode(cube->pixel,
-                         cube->data + ibl_texture_offset(cube, 0, face) +
-                             (size_t)y * row_bytes,
-                         (size_t)n, row);
-        for (int x = 0; x < n; x++) {
-            const int at = (int)((2LL * x + 1) * edge / (2LL * n));
-            const double b =
-                (double)row[3 * x] + row[3 * x + 1] + row[3 * x + 2];
-            if (isfinite(b) && b > 0)
-                cells[(size_t)to * (size_t)edge + (size_t)at] +=
-                    (float)(share * b);
-        }
-    }
-    free(row);
-}
-
-/* Replaces brightness by light above the mean. Returns the share of all light
- * that this is. */
-static double take_mean_off(int edge, float *cells)
-{
-    double all = 0, above = 0;
-
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < IBL_FACES * edge * edge; i++) {
-            const double angle =
-                ibl_cube_solid_angle(edge, i % edge, i / edge % edge);
-            if (!pass) {
-                all += cells[i] * angle;
-                continue;
-            }
-            cells[i] =
-                (float)(fmax(cells[i] - all / (4 * acos(-1.0)), 0) * angle);
-            above += cells[i];
-        }
-    return all > 0 ? above / all : 0;
-}
-
 /* Gives each token k the cell where the running sum of light reaches (k + 1/2)
  * / VIEW_AIM_TOKENS of all. Cells follow a Morton curve (Morton 1966), face by
  * face: in rows, sequences of numbers converge more slowly. chance holds light
  * before, chances after. */
-static void hand_out(int edge, float *chance, float *tokens)
+void view_aim_make(int edge, const float *rgb, view_aim *aim)
 {
-    double all = 0, sum = 0;
+    const int count = IBL_FACES * edge * edge;
+    double all = 0, above = 0, sum = 0;
     unsigned side = 1;
     int token = 0;
 
-    for (int i = 0; i < IBL_FACES * edge * edge; i++)
-        all += chance[i];
+    *aim = (view_aim){edge, ibl_need(malloc(count * sizeof(float))),
+                      ibl_need(malloc(VIEW_AIM_TOKENS * sizeof(float)))};
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < count; i++) {
+            const double bright = (double)rgb[3 * i] + rgb[3 * i + 1] +
+                                  rgb[3 * i + 2] - pass * all / (4 * M_PI);
+            const double light =
+                fmax(bright, 0) *
+                ibl_cube_solid_angle(edge, i % edge, i / edge % edge);
+            aim->chance[i] = (float)light;
+            *(pass ? &above : &all) += light;
+        }
+    if (!(above > worth * all)) {
+        view_aim_free(aim);
+        return;
+    }
     while (side < (unsigned)edge)
         side *= 2;
     for (unsigned k = 0; k < IBL_FACES * side * side; k++) {
-        int x = 0, y = 0; /* the bits at even and at odd places */
+        int x = 0, y = 0; /* the bits of k at even and at odd places */
         for (unsigned bit = 1; bit < side; bit *= 2) {
             x |= (int)(k / bit & bit);
             y |= (int)(k / bit / 2 & bit);
@@ -92,27 +57,12 @@ static void hand_out(int edge, float *chance, float *tokens)
         const int first = token;
         if (x >= edge || y >= edge)
             continue;
-        sum += chance[cell];
+        sum += aim->chance[cell];
         while (token < VIEW_AIM_TOKENS &&
-               (token + 0.5) * (all / VIEW_AIM_TOKENS) < sum)
-            tokens[token++] = (float)cell;
-        chance[cell] = (float)(token - first) / VIEW_AIM_TOKENS;
+               (token + 0.5) * (above / VIEW_AIM_TOKENS) < sum)
+            aim->tokens[token++] = (float)cell;
+        aim->chance[cell] = (float)(token - first) / VIEW_AIM_TOKENS;
     }
-}
-
-void view_aim_make(const ibl_texture *cube, view_aim *aim)
-{
-    const int edge = cube->width < VIEW_AIM_EDGE ? cube->width : VIEW_AIM_EDGE;
-    const size_t count = IBL_FACES * (size_t)edge * (size_t)edge;
-
-    *aim = (view_aim){.edge = edge};
-    aim->chance = ibl_need(calloc(count, sizeof *aim->chance));
-    aim->tokens = ibl_need(malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens));
-    pool(cube, edge, aim->chance);
-    if (take_mean_off(edge, aim->chance) > worth)
-        hand_out(edge, aim->chance, aim->tokens);
-    else
-        view_aim_free(aim);
 }
 
 void view_aim_free(view_aim *aim)
@@ -134,8 +84,7 @@ void view_aim_free(view_aim *aim)
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
-    GLuint tokens, chance,
-        map;                 /* textures; map 0: a texture of the set is it */
+    GLuint tokens, chance;   /* textures */
     const char *what;        /* what the environment is */
     const view_model *model; /* of the samples so far, or NULL */
     view_lighting light;
@@ -154,7 +103,6 @@ void view_truth_free(view_truth *t)
 {
     if (!t)
         return;
-    gl.DeleteTextures(1, &t->map);
     gl.DeleteTextures(1, &t->chance);
     gl.DeleteTextures(1, &t->tokens);
     view_image_free(&t->pass);
@@ -176,35 +124,27 @@ static void upload_aim(view_truth *t, const view_aim *aim)
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
-/* Binds the environment: the map itself or, without one, the set's cube that is
- * bound to a unit. */
 static bool load(view_truth *t, const baked_set *set)
 {
-    /* If level 0 is rough, a skybox has the sharper environment. */
-    const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
-    GLint cube = 0;
-    ibl_texture map;
+    ibl_cube cube;
     view_aim aim;
+    int level = 0;
 
-    if (!view_set_environment(set, &map, &t->what))
+    if (!view_set_environment(set, &cube, &t->what))
         return false;
-    view_aim_make(
-        map.data ? &map : &set->texture[sky ? VIEW_SKY : VIEW_SPECULAR], &aim);
+    while (level + 1 < cube.levels &&
+           ibl_cube_edge(cube.size, level) > VIEW_AIM_EDGE)
+        level++;
+    view_aim_make(ibl_cube_edge(cube.size, level),
+                  ibl_cube_face(&cube, level, 0), &aim);
+    ibl_cube_free(&cube);
     if (aim.edge)
         upload_aim(t, &aim);
-    gl.ActiveTexture(GL_TEXTURE0 +
-                     (GLenum)(sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR));
-    gl.GetIntegerv(GL_TEXTURE_BINDING_CUBE_MAP, &cube);
-    view_gl_bind(VIEW_TRUTH_UNIT_MAP, GL_TEXTURE_CUBE_MAP, (GLuint)cube);
-    const bool bound =
-        !map.data || (t->map = view_upload(&map, false, t->what)) != 0;
-    gl.ActiveTexture(GL_TEXTURE0);
     t->sampling[2] = aim.edge;
-    t->sampling[3] = map.data || sky ? 0 : set->light_count;
-    t->light.sheen = set->texture[VIEW_SHEEN].data;
-    ibl_texture_free(&map);
+    t->sampling[3] =
+        view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->light_count : 0;
     view_aim_free(&aim);
-    return bound && view_gl_check("the table of the environment's lights");
+    return view_gl_check("the table of the environment's lights");
 }
 
 view_truth *view_truth_create(const baked_set *set)

@@ -19,7 +19,7 @@ typedef struct view_truth view_truth;
 #define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
 
 /* Makes the table of lights (view_aim) of a set, whose textures must be bound
- * from now on. NULL, with a message. */
+ * when it draws. NULL, with a message. */
 view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
 /* What it integrates, as "level 0". */
@@ -73,7 +73,7 @@ GLuint view_truth_second(const view_truth *t, double *factor);
  */
 #define VIEW_AIM_ROW 512 /* edge of the square texture of tokens */
 #define VIEW_AIM_TOKENS (VIEW_AIM_ROW * VIEW_AIM_ROW)
-#define VIEW_AIM_EDGE 512 /* cells along a face's edge, at most */
+#define VIEW_AIM_EDGE 512 /* most cells along a face's edge of a map */
 
 typedef struct view_aim {
     int edge; /* cells along a face's edge; 0: too little light is above the
@@ -82,8 +82,8 @@ typedef struct view_aim {
     float *tokens; /* index of each token's cell */
 } view_aim;
 
-/* Makes the table from level 0 of a cube. */
-void view_aim_make(const ibl_texture *cube, view_aim *aim);
+/* Makes the table from a level of a cube, whose cells are its texels. */
+void view_aim_make(int edge, const float *rgb, view_aim *aim);
 void view_aim_free(view_aim *aim); /* zeroed is fine */
 
 /* ---- errors against it --------------------------------------------------- */

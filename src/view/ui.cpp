@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <cerrno>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
@@ -8,6 +7,11 @@
 #include <cstdlib>
 #include <cstring>
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <backends/imgui_impl_glfw.h>
 #include <imgui.h>
 
@@ -15,7 +19,6 @@ extern "C" {
 #include "common/signals.h"
 #include "view/app.h"
 #include "view/gl.h"
-#include "view/message.h"
 #include "view/ui.h"
 }
 
@@ -24,6 +27,7 @@ namespace
 
 const char font_file[] = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 const float text_units = 14;
+const ImVec2 middle(0.5F, 0.5F);
 // Textures of draw lists besides the font's: ui.frag draws them.
 enum {
     letters,
@@ -34,15 +38,9 @@ enum {
 struct {
     GLuint program, array, vertices, indices, font;
     GLint window, kind;
-    float scale;
-    int width, height;
+    float scale, width, height;
     bool attached;
 } ui;
-
-ImU32 colour_of(unsigned rgb, unsigned alpha = 255)
-{
-    return IM_COL32(rgb >> 16 & 255, rgb >> 8 & 255, rgb & 255, alpha);
-}
 
 ImDrawList *page()
 {
@@ -51,76 +49,49 @@ ImDrawList *page()
 
 // ---- OpenGL ----------------------------------------------------------------
 
-// ImGui does not look at what it is given.
-void *need_bytes(size_t size, void *)
-{
-    return ibl_need(malloc(size));
-}
-
-void free_bytes(void *p, void *)
-{
-    free(p);
-}
-
 // ImGui ends the program where it fails to read a file.
-bool add_font(float size)
+void make_font()
 {
     ImFontAtlas *fonts = ImGui::GetIO().Fonts;
-    FILE *file = fopen(font_file, "rb");
+    const int file = open(font_file, O_RDONLY);
+    struct stat st = {};
     ImFontConfig own;
-
-    own.SizePixels = size;
-    if (!file)
-        return fonts->AddFontDefault(&own);
-    fseek(file, 0, SEEK_END);
-    const long bytes = ftell(file);
-    rewind(file);
-    void *font = ImGui::MemAlloc(bytes > 0 ? (size_t)bytes : 1);
-    const bool all =
-        bytes > 0 && fread(font, 1, (size_t)bytes, file) == (size_t)bytes;
-    const int why = ferror(file) ? errno : EINVAL;
-    fclose(file);
-    if (all) // freed with the others
-        return fonts->AddFontFromMemoryTTF(font, (int)bytes, size);
-    ImGui::MemFree(font);
-    return view_fail("%s: %s: install package fonts-dejavu-core again",
-                     font_file, strerror(why));
-}
-
-bool make_font()
-{
-    ImGuiIO &io = ImGui::GetIO();
     unsigned char *pixels = nullptr;
     int width = 0, height = 0;
 
-    if (!add_font(floorf(text_units * ui.scale + 0.5F)))
-        return false;
-    io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
+    fstat(file, &st);
+    void *font =
+        mmap(nullptr, (size_t)st.st_size, PROT_READ, MAP_PRIVATE, file, 0);
+    close(file);
+    own.FontDataOwnedByAtlas = false;
+    own.SizePixels = floorf(text_units * ui.scale + 0.5F);
+    if (font == MAP_FAILED)
+        fonts->AddFontDefault(&own);
+    else
+        fonts->AddFontFromMemoryTTF(font, (int)st.st_size, own.SizePixels,
+                                    &own);
+    fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
     gl.GenTextures(1, &ui.font);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, ui.font);
     view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA,
                   GL_UNSIGNED_BYTE, pixels);
-    io.Fonts->SetTexID((ImTextureID)(intptr_t)letters);
-    return true;
-}
-
-void attribute(GLuint at, int size, GLenum type, size_t offset)
-{
-    gl.EnableVertexAttribArray(at);
-    gl.VertexAttribPointer(at, size, type, type == GL_UNSIGNED_BYTE,
-                           sizeof(ImDrawVert), (const void *)offset);
+    fonts->SetTexID((ImTextureID)(intptr_t)letters);
 }
 
 void make_arrays()
 {
+    const size_t vertex = sizeof(ImDrawVert);
+
     gl.GenVertexArrays(1, &ui.array);
     gl.BindVertexArray(ui.array);
     ui.vertices = view_gl_buffer(GL_ARRAY_BUFFER, 0, nullptr);
     ui.indices = view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER, 0, nullptr);
-    attribute(0, 2, GL_FLOAT, offsetof(ImDrawVert, pos));
-    attribute(1, 2, GL_FLOAT, offsetof(ImDrawVert, uv));
-    attribute(2, 4, GL_UNSIGNED_BYTE, offsetof(ImDrawVert, col));
+    view_gl_attribute(0, 2, vertex, offsetof(ImDrawVert, pos), 0);
+    view_gl_attribute(1, 2, vertex, offsetof(ImDrawVert, uv), 0);
+    gl.EnableVertexAttribArray(2);
+    gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, vertex,
+                           (const void *)offsetof(ImDrawVert, col));
     gl.BindVertexArray(0);
 }
 
@@ -134,7 +105,7 @@ void draw_list(const ImDrawList *list)
                   list->IdxBuffer.Data, GL_STREAM_DRAW);
     for (const ImDrawCmd &c : list->CmdBuffer) {
         const ImVec4 &clip = c.ClipRect;
-        gl.Scissor((GLint)clip.x, (GLint)((float)ui.height - clip.w),
+        gl.Scissor((GLint)clip.x, (GLint)(ui.height - clip.w),
                    (GLsizei)fmaxf(clip.z - clip.x, 0),
                    (GLsizei)fmaxf(clip.w - clip.y, 0));
         gl.Uniform1i(ui.kind, (GLint)(intptr_t)c.TextureId);
@@ -144,47 +115,55 @@ void draw_list(const ImDrawList *list)
     }
 }
 
-// ---- controls --------------------------------------------------------------
+// ---- windows ---------------------------------------------------------------
 
-// Below a control that is greyed.
-void say_why(const char *why)
+// Begins a window with a point of it, in fractions of its size, at `at`. Sizes
+// of 0 are those of what is in it. False: it is folded.
+bool begin_window(const char *title, ImVec2 at, ImVec2 point, ImVec2 size,
+                  ImGuiWindowFlags flags, bool *open = nullptr)
 {
-    if (why && ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
-        ImGui::SetTooltip("%s", why);
+    ImGui::SetNextWindowPos(at, ImGuiCond_Always, point);
+    ImGui::SetNextWindowSize(size);
+    return ImGui::Begin(title, open,
+                        flags | ImGuiWindowFlags_NoMove |
+                            ImGuiWindowFlags_NoResize |
+                            ImGuiWindowFlags_NoCollapse);
 }
 
-bool show_choice(const char *label, int *value, const char *const *names)
+bool begin_dialog(const char *title, float width, bool *open)
 {
-    bool changed = false;
+    return begin_window(title, ImVec2(0.5F * ui.width, 0.5F * ui.height),
+                        middle,
+                        ImVec2(fminf(width * ui.scale, ui.width),
+                               fminf(560 * ui.scale, ui.height)),
+                        0, open);
+}
 
-    if (!ImGui::BeginCombo(label, names[*value]))
+// ---- the panel -------------------------------------------------------------
+
+bool show_colour(const char *label, double *rgb)
+{
+    float shown[3] = {(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+
+    if (!ImGui::ColorEdit3(label, shown,
+                           ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
         return false;
-    for (int i = 0; names[i]; i++)
-        if (ImGui::Selectable(names[i], i == *value)) {
-            *value = i;
-            changed = true;
-        }
-    ImGui::EndCombo();
-    return changed;
+    for (int k = 0; k < 3; k++)
+        rgb[k] = (double)shown[k];
+    return true;
 }
 
-bool show_doubled(const char *label, int *value, int least, int most)
+// A power of two.
+bool show_doubled(const char *label, int *value, double low, double high)
 {
+    int power = ilogb(*value);
     char text[16];
-    bool changed = false;
 
     snprintf(text, sizeof text, "%d", *value);
-    if (!ImGui::BeginCombo(label, text))
+    if (!ImGui::SliderInt(label, &power, ilogb(low), ilogb(high), text))
         return false;
-    for (int n = least; n <= most; n *= 2) {
-        snprintf(text, sizeof text, "%d", n);
-        if (ImGui::Selectable(text, n == *value)) {
-            *value = n;
-            changed = true;
-        }
-    }
-    ImGui::EndCombo();
-    return changed;
+    *value = 1 << power;
+    return true;
 }
 
 // Returns whether the setting was changed.
@@ -196,77 +175,56 @@ bool show_value(const view_control *c, view_settings *s)
     const double low = own ? c->slide[0] : o->low;
     const double high = own ? c->slide[1] : o->high;
     const int first = (int)low, last = (int)high;
+    const int count =
+        c->shape == VIEW_TWO_INTS || c->shape == VIEW_TWO_REALS ? 2 : 1;
 
-    switch (c->shape) {
-    case VIEW_TWO_INTS:
-        return ImGui::SliderInt2(c->label, (int *)field, first, last);
-    case VIEW_TWO_REALS:
-        return ImGui::SliderScalarN(c->label, ImGuiDataType_Double, field, 2,
-                                    &low, &high, "%.3g");
-    case VIEW_DOUBLED:
-        return show_doubled(c->label, (int *)field, first, last);
-    case VIEW_COLOUR3: {
-        double *to = (double *)field;
-        float rgb[3] = {(float)to[0], (float)to[1], (float)to[2]};
-        const bool changed = ImGui::ColorEdit3(
-            c->label, rgb, ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
-        for (int k = 0; changed && k < 3; k++)
-            to[k] = (double)rgb[k];
-        return changed;
-    }
-    case VIEW_AS_OPTION:
-        break;
-    }
-    switch (o->kind) {
-    case IBL_OPTION_ON:
-    case IBL_OPTION_OFF:
+    if (c->shape == VIEW_COLOUR3)
+        return show_colour(c->label, (double *)field);
+    if (c->shape == VIEW_DOUBLED)
+        return show_doubled(c->label, (int *)field, low, high);
+    if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF)
         return ImGui::Checkbox(c->label, (bool *)field);
-    case IBL_OPTION_CHOICE:
-        return show_choice(c->label, (int *)field, o->choices);
-    case IBL_OPTION_INT:
-        return ImGui::SliderInt(c->label, (int *)field, first, last);
-    default:
-        return ImGui::SliderScalar(c->label, ImGuiDataType_Double, field, &low,
-                                   &high, "%.4g",
-                                   low > 0 ? ImGuiSliderFlags_Logarithmic : 0);
+    if (o->kind == IBL_OPTION_CHOICE) {
+        int names = 0;
+        while (o->choices[names])
+            names++;
+        return ImGui::Combo(c->label, (int *)field, o->choices, names);
     }
+    if (o->kind == IBL_OPTION_INT || c->shape == VIEW_TWO_INTS)
+        return ImGui::SliderScalarN(c->label, ImGuiDataType_S32, field, count,
+                                    &first, &last);
+    return ImGui::SliderScalarN(c->label, ImGuiDataType_Double, field, count,
+                                &low, &high, "%.4g",
+                                low > 0 ? ImGuiSliderFlags_Logarithmic : 0);
 }
 
-void show_section(view_app *app, const ibl_section *section, unsigned facts)
+// Shows the controls of a section, if one of them changes something.
+void show_section(view_app *app, const ibl_section *section)
 {
+    const unsigned facts = view_app_facts(app);
+    const auto control = [=](int i) {
+        return (const view_control *)ibl_section_at(section, i);
+    };
+    int first = 0;
+
+    while (first < section->count && view_control_why(control(first), facts))
+        first++;
+    if (first == section->count ||
+        !ImGui::CollapsingHeader(section->title,
+                                 ImGuiTreeNodeFlags_DefaultOpen))
+        return;
     for (int i = 0; i < section->count; i++) {
-        const view_control *c =
-            (const view_control *)ibl_section_at(section, i);
-        const int side = c->where & VIEW_OF_SIDE ? app->edited : 0;
+        const view_control *c = control(i);
         const char *why = view_control_why(c, facts);
         if (!c->label)
             continue;
         ImGui::BeginDisabled(why);
-        if (show_value(c, &app->side[side]))
+        if (show_value(c,
+                       &app->side[c->where & VIEW_OF_SIDE ? app->edited : 0]))
             view_app_fit(app);
         ImGui::EndDisabled();
-        say_why(why);
-    }
-}
-
-// Whether a section has a control that changes something.
-bool applies(const ibl_section *section, unsigned facts)
-{
-    for (int i = 0; i < section->count; i++)
-        if (!view_control_why((const view_control *)ibl_section_at(section, i),
-                              facts))
-            return true;
-    return false;
-}
-
-void show_sides(view_app *app)
-{
-    if (app->side[0].compare == VIEW_ALONE)
-        app->edited = 0;
-    else {
-        ImGui::RadioButton("left", &app->edited, 0);
-        ImGui::SameLine();
-        ImGui::RadioButton("right", &app->edited, 1);
+        if (why && ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+            ImGui::SetTooltip("%s", why);
     }
 }
 
@@ -274,14 +232,11 @@ void show_panel(view_app *app)
 {
     const float width = (float)view_app_panel_width(app);
 
-    ImGui::SetNextWindowPos(ImVec2((float)app->width - width, 0));
-    ImGui::SetNextWindowSize(ImVec2(width, (float)app->height));
-    ImGui::Begin("controls", nullptr,
-                 ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
-                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoTitleBar);
+    begin_window("controls", ImVec2(ui.width, 0), ImVec2(1, 0),
+                 ImVec2(width, ui.height), ImGuiWindowFlags_NoTitleBar);
     ImGui::PushItemWidth(-0.48F * width);
-    if (ImGui::Button("Open") && !view_app_list(app))
-        view_app_notice_failure(app);
+    if (ImGui::Button("Open"))
+        view_app_list(app);
     ImGui::SameLine();
     if (ImGui::Button("Picture"))
         app->wants_picture = true;
@@ -291,41 +246,25 @@ void show_panel(view_app *app)
     ImGui::SameLine();
     if (ImGui::Button("Hide"))
         app->panel = false;
-    show_sides(app);
-    for (int i = 0; view_control_sections[i]; i++) {
-        const ibl_section *section = view_control_sections[i];
-        const unsigned facts = view_app_facts(app);
-        if (applies(section, facts) &&
-            ImGui::CollapsingHeader(section->title,
-                                    ImGuiTreeNodeFlags_DefaultOpen))
-            show_section(app, section, facts);
+    if (app->side[0].compare) {
+        ImGui::RadioButton("left", &app->edited, 0);
+        ImGui::SameLine();
+        ImGui::RadioButton("right", &app->edited, 1);
     }
+    for (int i = 0; view_control_sections[i]; i++)
+        show_section(app, view_control_sections[i]);
     ImGui::PopItemWidth();
     ImGui::End();
 }
 
 // ---- help, files, messages -------------------------------------------------
 
-// A window in the middle. False: it was closed.
-bool begin_dialog(view_app *app, const char *title, float width, bool *open)
-{
-    ImGui::SetNextWindowPos(
-        ImVec2(0.5F * (float)app->width, 0.5F * (float)app->height),
-        ImGuiCond_Always, ImVec2(0.5F, 0.5F));
-    ImGui::SetNextWindowSize(ImVec2(fminf(width * ui.scale, (float)app->width),
-                                    fminf(560 * ui.scale, (float)app->height)));
-    return ImGui::Begin(title, open,
-                        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
-                            ImGuiWindowFlags_NoCollapse);
-}
-
 void show_help(view_app *app)
 {
     const char *title = "";
     view_key_line line;
 
-    if (begin_dialog(app, "Keys", 620, &app->help) &&
-        ImGui::BeginTable("keys", 2)) {
+    if (begin_dialog("Keys", 620, &app->help) && ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthFixed,
                                 150 * ui.scale);
         ImGui::TableSetupColumn("what");
@@ -354,7 +293,7 @@ void show_files(view_app *app)
                                         "model", "probes", "folder"};
     const char *name = nullptr;
 
-    if (begin_dialog(app, "Open", 520, &app->files)) {
+    if (begin_dialog("Open", 520, &app->files)) {
         ImGui::TextWrapped("%s", app->folder.path);
         ImGui::Separator();
         ImGui::BeginChild("list");
@@ -376,48 +315,43 @@ void show_files(view_app *app)
         view_app_choose(app, name);
 }
 
-void show_progress(view_app *app)
+void show_progress(const view_app *app)
 {
-    ImGui::SetNextWindowPos(
-        ImVec2(0.5F * (float)app->width, 0.5F * (float)app->height),
-        ImGuiCond_Always, ImVec2(0.5F, 0.5F));
-    ImGui::SetNextWindowSize(ImVec2(0.5F * (float)app->width, 0));
-    ImGui::Begin("progress", nullptr, ImGuiWindowFlags_NoDecoration);
+    begin_window("progress", ImVec2(0.5F * ui.width, 0.5F * ui.height), middle,
+                 ImVec2(0.5F * ui.width, 0), ImGuiWindowFlags_NoDecoration);
     ImGui::TextWrapped("baking %s: %s", app->baking, app->stage);
     ImGui::ProgressBar((float)app->baked);
     ImGui::End();
 }
 
-void show_notice(view_app *app)
+void show_notice(const view_app *app)
 {
-    const double room =
-        app->width - (app->panel ? view_app_panel_width(app) : 0);
+    const int panel = app->panel ? view_app_panel_width(app) : 0;
+    const float room = ui.width - (float)panel;
 
-    ImGui::SetNextWindowPos(
-        ImVec2(0.5F * (float)room, (float)app->height - 40 * ui.scale),
-        ImGuiCond_Always, ImVec2(0.5F, 1));
-    ImGui::SetNextWindowSize(ImVec2(0, 0));
-    ImGui::Begin("notice", nullptr,
+    begin_window("notice", ImVec2(0.5F * room, ui.height - 40 * ui.scale),
+                 ImVec2(0.5F, 1), ImVec2(0, 0),
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs);
-    ImGui::PushTextWrapPos(0.8F * (float)room);
-    if (app->failed)
-        ImGui::TextColored(ImVec4(1, 0.6F, 0.5F, 1), "%s", app->notice);
-    else
-        ImGui::TextUnformatted(app->notice);
+    ImGui::PushTextWrapPos(0.8F * room);
+    ImGui::TextColored(app->failed ? ImVec4(1, 0.6F, 0.5F, 1)
+                                   : ImVec4(1, 1, 1, 1),
+                       "%s", app->notice);
     ImGui::PopTextWrapPos();
     ImGui::End();
 }
 
 } // namespace
 
-// ---- begin and end
-// -----------------------------------------------------------
+// ---- begin and end ---------------------------------------------------------
 
 bool view_ui_make(double scale)
 {
     ui = {};
     ui.scale = (float)scale;
-    ImGui::SetAllocatorFunctions(need_bytes, free_bytes);
+    // ImGui does not look at what it is given.
+    ImGui::SetAllocatorFunctions(
+        [](size_t size, void *) { return ibl_need(malloc(size)); },
+        [](void *p, void *) { free(p); });
     ImGui::CreateContext();
     ImGui::StyleColorsDark();
     ImGui::GetStyle().ScaleAllSizes(ui.scale);
@@ -428,8 +362,7 @@ bool view_ui_make(double scale)
         return false;
     ui.window = gl.GetUniformLocation(ui.program, "window");
     ui.kind = gl.GetUniformLocation(ui.program, "kind");
-    if (!make_font())
-        return false;
+    make_font();
     make_arrays();
     return view_gl_check("making the user interface");
 }
@@ -448,12 +381,6 @@ void view_ui_attach(GLFWwindow *window)
     ui.attached = ImGui_ImplGlfw_InitForOther(window, true);
 }
 
-void view_ui_pointer(double x, double y, bool down)
-{
-    ImGui::GetIO().MousePos = ImVec2((float)x, (float)y);
-    ImGui::GetIO().MouseDown[0] = down;
-}
-
 bool view_ui_has_pointer(void)
 {
     return ImGui::GetIO().WantCaptureMouse;
@@ -468,16 +395,16 @@ void view_ui_begin(int width, int height)
 {
     ImGuiIO &io = ImGui::GetIO();
 
-    ui.width = width, ui.height = height;
+    ui.width = (float)width, ui.height = (float)height;
     if (ui.attached) {
         ImGui_ImplGlfw_NewFrame();
         // The pointer is in units of the screen.
         if (io.MousePos.x > -FLT_MAX && io.DisplaySize.x > 0) {
-            io.MousePos.x *= (float)width / io.DisplaySize.x;
-            io.MousePos.y *= (float)height / io.DisplaySize.y;
+            io.MousePos.x *= ui.width / io.DisplaySize.x;
+            io.MousePos.y *= ui.height / io.DisplaySize.y;
         }
     }
-    io.DisplaySize = ImVec2((float)width, (float)height);
+    io.DisplaySize = ImVec2(ui.width, ui.height);
     io.DisplayFramebufferScale = ImVec2(1, 1);
     ImGui::NewFrame();
 }
@@ -488,9 +415,9 @@ void view_ui_end(unsigned framebuffer)
     const ImDrawData *data = ImGui::GetDrawData();
 
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl.Viewport(0, 0, ui.width, ui.height);
+    gl.Viewport(0, 0, (GLsizei)ui.width, (GLsizei)ui.height);
     gl.UseProgram(ui.program);
-    gl.Uniform2f(ui.window, (float)ui.width, (float)ui.height);
+    gl.Uniform2f(ui.window, ui.width, ui.height);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, ui.font);
     gl.BindVertexArray(ui.array);
     gl.BindBuffer(GL_ARRAY_BUFFER, ui.vertices);
@@ -502,16 +429,7 @@ void view_ui_end(unsigned framebuffer)
     gl.Disable(GL_BLEND);
 }
 
-// ---- on pictures
-// -------------------------------------------------------------
-
-void view_ui_measure(const char *text, double *width, double *height)
-{
-    const ImVec2 size = ImGui::CalcTextSize(text);
-
-    *width = (double)size.x;
-    *height = (double)size.y;
-}
+// ---- on pictures -----------------------------------------------------------
 
 void view_ui_text(double x, double y, const double point[2], const char *text)
 {
@@ -521,7 +439,7 @@ void view_ui_text(double x, double y, const double point[2], const char *text)
     page()->AddText(
         ImVec2(floorf((float)(x - point[0] * (double)size.x) + 0.5F),
                floorf((float)(y - point[1] * (double)size.y) + 0.5F)),
-        colour_of(0xe8e8e8), text);
+        IM_COL32(232, 232, 232, 255), text);
 }
 
 void view_ui_legend(double x, double y, double width, double most)
@@ -543,9 +461,6 @@ void view_ui_legend(double x, double y, double width, double most)
     }
 }
 
-// ---- the window
-// ----------------------------------------------------------------
-
 void view_ui_app(view_app *app)
 {
     if (app->panel)
@@ -558,4 +473,6 @@ void view_ui_app(view_app *app)
         show_progress(app);
     if (app->notice[0])
         show_notice(app);
+    // A release that came with the press is seen by the next frame.
+    app->redraw |= ImGui::IsAnyMouseDown();
 }

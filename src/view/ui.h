@@ -23,8 +23,6 @@ void view_ui_free(void);
 /* Takes mouse and keys of a window; its callbacks that were set before are
  * called, too. */
 void view_ui_attach(struct GLFWwindow *window);
-/* Where the pointer is, and whether its button is down, without a window. */
-void view_ui_pointer(double x, double y, bool down);
 /* Whether the pointer is over a window of the interface, or keys go to a field
  * of text. */
 bool view_ui_has_pointer(void);
@@ -35,10 +33,8 @@ bool view_ui_has_keys(void);
 void view_ui_begin(int width, int height);
 void view_ui_end(unsigned framebuffer);
 
-/* Size of a text in pixels; \n ends a line. */
-void view_ui_measure(const char *text, double *width, double *height);
-/* Draws text so that a point of it, in fractions of its size from its upper
- * left, is at x, y. */
+/* Draws text, in which \n ends a line, so that a point of it, in fractions of
+ * its size from its upper left, is at x, y. */
 void view_ui_text(double x, double y, const double point[2], const char *text);
 /* A scale of that size with its values below: false colours with their stops
  * or, if most is above 0, greys from 0 to most. */

@@ -10,13 +10,18 @@
 #include "common/process.h"
 #include "view/app.h"
 #include "view/gl.h"
-#include "view/key_bindings.h"
-#include "view/labels.h"
 #include "view/message.h"
 #include "view/truth.h"
 #include "view/ui.h"
 
 static const double BAKING_S = 0.1; /* seconds between looks at a bake */
+
+/* Values of view_app.held. */
+enum {
+    LEFT = 1 + GLFW_MOUSE_BUTTON_LEFT,
+    RIGHT = 1 + GLFW_MOUSE_BUTTON_RIGHT,
+    MIDDLE = 1 + GLFW_MOUSE_BUTTON_MIDDLE
+};
 
 static char reason[512];
 
@@ -56,18 +61,6 @@ static void on_key(GLFWwindow *window, int key, int scancode, int action,
         press(app_of(window), VIEW_KEY(key));
 }
 
-/* Where the split is, in pixels, of a picture that is split as a whole; -1: it
- * is not. */
-static double split_at(const view_app *app)
-{
-    const view_area area = view_app_area(app);
-    const view_settings *s = &app->side[0];
-
-    return s->compare == VIEW_SPLIT && s->mode != VIEW_SPHERES
-               ? area.x + s->split * area.width
-               : -1;
-}
-
 /* Handles the pointer at a pixel of the framebuffer; it may not have moved. */
 static void move_to(view_app *app, double x, double y)
 {
@@ -80,13 +73,13 @@ static void move_to(view_app *app, double x, double y)
     app->redraw = true;
     if (!app->set)
         return;
-    if (app->handle || (app->held[2] && s->compare == VIEW_SPLIT))
-        s->split = fmin(fmax((x - area.x) / area.width, 0), 1);
-    else if (app->held[0])
+    if (app->held == LEFT)
         view_drag(app, dx, dy);
-    else if (app->held[1])
+    else if (app->held == RIGHT)
         view_spin(app, 180 * dx / area.height);
-    else if (app->held[2] && s->mode == VIEW_MODEL)
+    else if (app->held == MIDDLE && s->compare == VIEW_SPLIT)
+        s->split = fmin(fmax((x - area.x) / area.width, 0), 1);
+    else if (app->held == MIDDLE && s->mode == VIEW_MODEL)
         view_pan(app, dx, dy);
 }
 
@@ -101,17 +94,21 @@ static void on_move(GLFWwindow *window, double x, double y)
         move_to(app, x * app->width / width, y * app->height / height);
 }
 
-/* Uses the last position: glfwGetCursorPos may be ahead of pending events. */
+/* Takes the split of a picture that is split as a whole as the middle button
+ * does. Uses the last position: glfwGetCursorPos may be ahead of pending
+ * events. */
 static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
     view_app *app = app_of(window);
-    const double near = 6 * app->scale;
+    const view_area area = view_app_area(app);
+    const view_settings *s = &app->side[0];
+    const double away = app->mouse[0] - area.x - s->split * area.width;
 
-    if (button > GLFW_MOUSE_BUTTON_MIDDLE)
-        return;
     (void)mods;
-    app->held[button] = action == GLFW_PRESS && !view_ui_has_pointer();
-    app->handle = app->held[0] && fabs(app->mouse[0] - split_at(app)) < near;
+    app->held = action == GLFW_PRESS && !view_ui_has_pointer() ? 1 + button : 0;
+    if (app->held == LEFT && s->compare == VIEW_SPLIT &&
+        s->mode != VIEW_SPHERES && fabs(away) < 6 * app->scale)
+        app->held = MIDDLE;
     move_to(app, app->mouse[0], app->mouse[1]);
 }
 
@@ -120,7 +117,7 @@ static void on_enter(GLFWwindow *window, int entered)
 {
     view_app *app = app_of(window);
 
-    if (!entered && !app->held[0] && !app->held[1] && !app->held[2])
+    if (!entered && !app->held)
         move_to(app, -1, -1);
 }
 
@@ -139,8 +136,7 @@ static void on_drop(GLFWwindow *window, int count, const char **paths)
     view_app *app = app_of(window);
 
     for (int i = 0; i < count; i++)
-        if (!view_app_open(app, &(view_request){.path = paths[i]}))
-            view_app_notice_failure(app);
+        view_app_open(app, &(view_request){.path = paths[i]});
 }
 
 static void on_refresh(GLFWwindow *window)
@@ -159,19 +155,6 @@ static void on_size(GLFWwindow *window, int width, int height)
     app->width = width > 1 ? width : 1;
     app->height = height > 1 ? height : 1;
     app->redraw = true;
-}
-
-static void listen(GLFWwindow *window)
-{
-    glfwSetCharCallback(window, on_character);
-    glfwSetKeyCallback(window, on_key);
-    glfwSetCursorPosCallback(window, on_move);
-    glfwSetMouseButtonCallback(window, on_button);
-    glfwSetCursorEnterCallback(window, on_enter);
-    glfwSetScrollCallback(window, on_wheel);
-    glfwSetDropCallback(window, on_drop);
-    glfwSetWindowRefreshCallback(window, on_refresh);
-    glfwSetFramebufferSizeCallback(window, on_size);
 }
 
 /* ---- the window ---------------------------------------------------------- */
@@ -212,7 +195,15 @@ static bool open_window(view_app *app)
     if (!view_gl_load(glfwGetProcAddress))
         return false;
     glfwSwapInterval(1);
-    listen(app->window);
+    glfwSetCharCallback(app->window, on_character);
+    glfwSetKeyCallback(app->window, on_key);
+    glfwSetCursorPosCallback(app->window, on_move);
+    glfwSetMouseButtonCallback(app->window, on_button);
+    glfwSetCursorEnterCallback(app->window, on_enter);
+    glfwSetScrollCallback(app->window, on_wheel);
+    glfwSetDropCallback(app->window, on_drop);
+    glfwSetWindowRefreshCallback(app->window, on_refresh);
+    glfwSetFramebufferSizeCallback(app->window, on_size);
     glfwGetFramebufferSize(app->window, &width, &height);
     on_size(app->window, width, height);
     glfwGetCursorPos(app->window, &x, &y);
@@ -235,51 +226,29 @@ static bool goes_on(const view_app *app)
                                         VIEW_TRUTH_SAMPLES));
 }
 
-static void show_title(view_app *app)
-{
-    char title[sizeof app->title];
-
-    snprintf(title, sizeof title, "%s | %.1f ms",
-             app->set ? app->set->name : "iblview", app->frame_ms);
-    ibl_one_line(title);
-    if (!strcmp(title, app->title)) /* setting it sends a message */
-        return;
-    memcpy(app->title, title, sizeof title);
-    glfwSetWindowTitle(app->window, title);
-}
-
 static bool draw(view_app *app)
 {
     const double begun = ibl_now();
+    char title[200];
 
     app->redraw = false;
     view_gl_time_begin();
     if (!view_app_draw(app, true))
         return false;
     view_labels_draw(app);
-    app->gpu_ms = view_gl_time_end();
+    const double gpu_ms = view_gl_time_end();
     gl.Finish();
     app->frame_ms = 1e3 * (ibl_now() - begun);
     glfwSwapBuffers(app->window);
     if (app->options->stats && app->set) {
-        view_stats_add(&app->stats, app->frame_ms, app->gpu_ms);
+        view_stats_add(&app->stats, app->frame_ms, gpu_ms);
         view_stats_tell(&app->stats, app->renderer, &app->side[0]);
     }
-    show_title(app);
+    snprintf(title, sizeof title, "%s | %.1f ms",
+             app->set ? app->set->name : "iblview", app->frame_ms);
+    ibl_one_line(title);
+    glfwSetWindowTitle(app->window, title);
     return true;
-}
-
-/* Handles events; waits for one if nothing else is to do. False: the window
- * should close. */
-static bool poll(view_app *app)
-{
-    if (app->redraw || goes_on(app))
-        glfwPollEvents();
-    else if (app->baker || app->notice[0])
-        glfwWaitEventsTimeout(BAKING_S);
-    else
-        glfwWaitEvents();
-    return !glfwWindowShouldClose(app->window) && !app->quit;
 }
 
 static bool loop(view_app *app)
@@ -290,7 +259,13 @@ static bool loop(view_app *app)
     for (;;) {
         if ((app->redraw || goes_on(app)) && !draw(app))
             return false;
-        if (!poll(app))
+        if (app->redraw || goes_on(app))
+            glfwPollEvents();
+        else if (app->baker || app->notice[0])
+            glfwWaitEventsTimeout(BAKING_S);
+        else
+            glfwWaitEvents();
+        if (glfwWindowShouldClose(app->window) || app->quit)
             return true;
         if (!view_app_tend(app))
             return false;

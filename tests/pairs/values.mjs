@@ -143,11 +143,7 @@ export const commands = {
         words: [], page: ['iblview'], env: '../set', tail: '', row: 16,
         usual: [],
         values: {
-            ENV: ['../mild.exr', '../set/mild_specular.ktx2', '../flat',
-                '../hcross.exr --input-layout hcross'],
-            'input-layout': [],
-            'face-order': inputs['face-order'].slice(1),
-            'input-transfer': inputs['input-transfer'].slice(1),
+            ENV: ['../mild.exr', '../set/mild_specular.ktx2', '../flat'],
             irradiance: ['../sunset/sun_irradiance.dds'],
             lut: [schlick], map: ['../mild.exr', '../sun.hdr'],
             sky: ['../sunset/sun_skybox.dds', '../cube.ktx2'],

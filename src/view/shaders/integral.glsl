@@ -16,7 +16,6 @@
 #include "light.glsl"
 
 #ifdef INTEGRAL
-uniform samplerCube environment_map;
 uniform sampler2D aim_tokens; // see view/truth.h
 uniform sampler2DArray aim_chance; // a layer per face
 
@@ -130,11 +129,13 @@ struct patch_of {
     mat3 to_environment;
 };
 
-// The map, constant over each pixel, if it is at hand; else a cube.
+// By view_environment of view/baked_set.h: the map, constant over each pixel,
+// or a cube.
 vec3 light_from(vec3 d)
 {
-    if (diffuse.w == 0.0)
-        return textureLod(environment_map, d, 0.0).rgb;
+    if (diffuse.w != 1.0)
+        return diffuse.w == 0.0 ? textureLod(specular_map, d, 0.0).rgb
+                                : textureLod(sky_map, d, 0.0).rgb;
     ivec2 size = textureSize(backdrop_map, 0);
     ivec2 at = ivec2(place_in_map(d) * vec2(size));
     return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
@@ -157,12 +158,12 @@ vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
     return ibl_schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
 }
 
-patch_of patch_at(surface at, float roughness)
+patch_of patch_at(surface at)
 {
     mat3 frame = frame_of(at.normal);
     patch_of s;
     s.f0 = at.f0;
-    s.alpha = roughness * roughness;
+    s.alpha = at.roughness * at.roughness;
     s.view = vec3((at.view * frame).xy, max(at.n_v, 1e-6));
     s.spread = s.view.z + sqrt(s.alpha * s.alpha +
                                (1.0 - s.alpha * s.alpha) * s.view.z * s.view.z);
@@ -176,7 +177,7 @@ patch_of patch_at(surface at, float roughness)
 void integrate(surface at, bool diffuse_part, uint sequence, out vec3 specular,
                out vec3 light)
 {
-    patch_of s = patch_at(at, at.roughness);
+    patch_of s = patch_at(at);
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec3 a = hash_of(uvec3(pixel, sequence)),
           b = hash_of(uvec3(pixel, sequence + 1u)),
@@ -211,37 +212,4 @@ void integrate(surface at, bool diffuse_part, uint sequence, out vec3 specular,
     specular /= float(sampling.y);
     light /= float(sampling.y);
 }
-
-#ifdef SHEEN
-// Charlie's distribution (Estevez and Kulla 2017) with Ashikhmin's visibility,
-// of colour 1, times N.L and the light, over the density of both samplings.
-vec3 sheen_from(patch_of s, vec3 l, vec3 d)
-{
-    vec3 h = normalize(s.view + l);
-    float v = 4.0 * (l.z + s.view.z - l.z * s.view.z), k = 1.0 / s.alpha;
-    float lobe = (2.0 + k) * pow(length(h.xy), k) / (2.0 * ibl_pi);
-    return light_from(d) * (lobe / v * l.z / (l.z / ibl_pi + aimed(d)));
-}
-
-vec3 integrate_sheen(surface at, uint sequence)
-{
-    patch_of s = patch_at(at, max(at.roughness, 0.03));
-    uvec2 pixel = uvec2(gl_FragCoord.xy);
-    uvec3 a = hash_of(uvec3(pixel, sequence)),
-          b = hash_of(uvec3(pixel, sequence + 1u));
-    vec3 sum = vec3(0.0);
-    for (int i = 2 * sampling.x; i < 2 * (sampling.x + sampling.y); i++) {
-        uint k = uint(i / 2);
-        vec3 l = cosine_direction(unit(point2(k, a.xy)));
-        vec3 d = s.to_environment * l;
-        if (i % 2 == 1) {
-            d = aim_at(point3(k, b));
-            l = d * s.to_environment;
-        }
-        if (l.z > 0.0 && (i % 2 == 0 || sampling.z != 0))
-            sum += sheen_from(s, l, d);
-    }
-    return sum / float(sampling.y);
-}
-#endif
 #endif

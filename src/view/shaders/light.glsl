@@ -111,21 +111,6 @@ void add_lights(surface s, int discs, inout vec3 specular, inout vec3 light)
                       light);
 }
 
-// Normals that vary around a place in a pixel widen the lobe, as in Tokuyoshi
-// and Kaplanyan 2019, "Improved Geometric Specular Antialiasing", eq. 5, with
-// its maximum of 0.18. The filter is the box that the place stands for, so the
-// variance is w^2 / 12; interpolated texels of level 0, of the angle 2 / edge,
-// are a filter themselves, of w^2 / 6, and the half vector turns by half.
-float widened(float roughness, vec3 normal)
-{
-    vec3 dx = turn.z * dFdx(normal), dy = turn.z * dFdy(normal);
-    float texel = 1.0 / float(textureSize(specular_map, 0).x);
-    float more = (dot(dx, dx) + dot(dy, dy)) / 12.0 - texel * texel / 3.0;
-    return more > 0.0 ? pow(min(pow(roughness, 4.0) + min(more, 0.18), 1.0),
-                            0.25)
-                      : roughness;
-}
-
 // d: unit, in the environment's frame.
 vec3 backdrop_cube(vec3 d)
 {

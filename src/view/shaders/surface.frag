@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Surfaces: spheres, or with MODEL triangles of a model, whose materials and
 // layers are those of glTF 2.0, appendix B, KHR_materials_ior, _specular,
-// _clearcoat, _sheen, _emissive_strength and _unlit. They are lit by a set, by
-// the functions of ibl/ibl.glsl, with PROBES by those of the room, or with
-// INTEGRAL by the integral itself, over all that a surface faces: nothing
-// shades itself.
+// _clearcoat, _emissive_strength and _unlit. They are lit by a set, by the
+// functions of ibl/ibl.glsl, with PROBES by those of the room, or with INTEGRAL
+// by the integral itself, over all that a surface faces: nothing shades itself.
 #include "light.glsl"
 #include "integral.glsl"
 #include "room_light.glsl"
@@ -71,13 +70,13 @@ surface sphere_at(vec2 pixel, out float coverage)
     float miss = length(off), r = ball.w;
     float pixel_step = length(vec2(dFdx(miss), dFdy(miss)));
     float half_chord = sqrt(max((r - miss) * (r + miss), 0.0));
-    coverage = (r - miss) / max(pixel_step * turn.w, 1e-20);
+    coverage = (r - miss) / max(pixel_step * turn.z, 1e-20);
     coverage = clamp(coverage + 0.5, 0.0, 1.0);
     if (dot(to, d) <= half_chord)
         coverage = 0.0; // sphere behind or around the eye
     vec3 n = normalize(off - half_chord * d);
     return surface_at(ball.xyz + r * n, n, -d, half_chord / r, ball_f0.rgb,
-                      widened(ball_albedo.a, n));
+                      ball_albedo.a);
 }
 
 void main()
@@ -106,13 +105,11 @@ layout(std140) uniform Material {
     vec4 surface_factors; // metallic, roughness, normal scale, occlusion
     vec4 specular_factors; // F0 of the dielectric, weight
     vec4 coat_factors; // clearcoat, roughness, normal scale, alpha cutoff
-    vec4 sheen_factors; // colour, roughness
     vec4 rows[2 * TEXTURES]; // of texture transforms: u, v, 1, coordinates
 };
 
 uniform sampler2D base_map, rough_map, normal_map, occlusion_map, emissive_map,
-    weight_map, f0_map, coat_map, coat_rough_map, coat_normal_map,
-    sheen_map, sheen_rough_map;
+    weight_map, f0_map, coat_map, coat_rough_map, coat_normal_map;
 
 in vec3 at;
 in vec3 at_normal;
@@ -120,23 +117,6 @@ in vec4 at_tangent;
 in vec4 at_texcoord;
 in vec4 at_texcoord2;
 in vec4 at_colour;
-
-#ifdef SHEEN
-uniform sampler2D sheen_table; // albedo, level
-uniform samplerCube sheen_chain;
-
-// Radiance of sheen of colour 1. Half way to the normal is nearer to the
-// integral than the mirrored direction or the normal.
-vec3 lit_sheen(surface s, vec2 sheen)
-{
-#ifdef INTEGRAL
-    return integrate_sheen(s, 6u);
-#else
-    vec3 r = turned(0.5 * (reflect(-s.view, s.normal) + s.normal));
-    return sheen.r * textureLod(sheen_chain, r, sheen.g).rgb;
-#endif
-}
-#endif
 
 vec2 placed(int texture)
 {
@@ -174,7 +154,7 @@ surface layer(vec3 n, vec3 f0, float roughness)
     vec3 view = normalize(eye.xyz - at);
     n = normalize(n + max(1e-3 - dot(n, view), 0.0) * view);
     return surface_at(at, n, view, clamp(dot(n, view), 0.0, 1.0), f0,
-                      widened(clamp(roughness, 0.0, 1.0), n));
+                      clamp(roughness, 0.0, 1.0));
 }
 
 void main()
@@ -218,15 +198,6 @@ void main()
     vec3 specular, light;
     lit(s, true, 0u, specular, light);
     vec3 seen = weight * specular + k * light + ambient(s, albedo, metallic);
-#ifdef SHEEN
-    vec3 sheen = sheen_factors.rgb * look_sheen.rgb;
-    s.roughness = clamp(sheen_factors.w * look_sheen_rough.a, 0.0, 1.0);
-    vec2 part = textureLod(sheen_table, vec2(s.n_v, s.roughness), 0.0).rg;
-    float taken = max(sheen.r, max(sheen.g, sheen.b)) * part.r;
-    seen *= max(1.0 - taken, 0.0);
-    if (PARTS == ALL || PARTS == SPECULAR)
-        seen += sheen * lit_sheen(s, part);
-#endif
     float open = mix(1.0, look_occlusion.r, surface_factors.w);
     seen = seen * open + emitted * float(PARTS == ALL);
 #ifdef COAT
