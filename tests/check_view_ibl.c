@@ -225,8 +225,8 @@ static void begin(void)
 /* SPIRV-Cross names a sampler by the texture and its state. */
 static void draw(void)
 {
-    static const view_content contents[] = {VIEW_SPECULAR, VIEW_IRRADIANCE,
-                                            VIEW_LUT};
+    static const ibl_content contents[] = {
+        IBL_CONTENT_SPECULAR, IBL_CONTENT_IRRADIANCE, IBL_CONTENT_LUT};
     static const char *const names[] = {"specular", "irradiance", "brdf",
                                         "lobe", "points"};
     static const char *const forms[] = {
@@ -237,7 +237,8 @@ static void draw(void)
 
     for (int i = 0; i < 3; i++) {
         gl.ActiveTexture(GL_TEXTURE0 + (GLenum)i);
-        NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
+        NEED(view_upload(&set->set.baked.file[contents[i]].texture, false,
+                         "test"));
     }
     gl.GenTextures(1, &lobes);
     view_gl_bind(LOBE, GL_TEXTURE_2D_ARRAY, lobes);
@@ -403,7 +404,7 @@ static void differential(void (*language)(void))
  * the lookups of the library. */
 static void flat_lookups(void (*language)(void))
 {
-    ibl_texture *tex = &set->set.texture[VIEW_LUT];
+    ibl_texture *tex = &set->set.baked.file[IBL_CONTENT_LUT].texture;
     const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
 
     begin();

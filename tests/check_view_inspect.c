@@ -73,8 +73,8 @@ static void ramp_table(ibl_texture *tex)
 static void free_textures(void *unused)
 {
     (void)unused;
-    for (int i = 0; i < VIEW_CONTENTS; i++)
-        ibl_texture_free(&set.texture[i]);
+    for (int i = 0; i < IBL_CONTENTS; i++)
+        ibl_texture_free(&set.baked.file[i].texture);
 }
 
 static void make_set(int edge, int levels)
@@ -82,11 +82,13 @@ static void make_set(int edge, int levels)
     free_textures(NULL);
     ctx = view_test_ctx(1);
     test_defer(free_textures, NULL);
-    set = (baked_set){
-        .lod_scale = levels - 1, .irradiance_scale = 1, .sh_degree = -1};
-    name_texels(&set.texture[VIEW_SPECULAR], edge, levels, 0);
-    name_texels(&set.texture[VIEW_IRRADIANCE], edge / 2 + 1, 1, 100);
-    ramp_table(&set.texture[VIEW_LUT]);
+    set = (baked_set){.sh_degree = -1};
+    set.baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale = levels - 1;
+    set.baked.file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale = 1;
+    name_texels(&set.baked.file[IBL_CONTENT_SPECULAR].texture, edge, levels, 0);
+    name_texels(&set.baked.file[IBL_CONTENT_IRRADIANCE].texture, edge / 2 + 1,
+                1, 100);
+    ramp_table(&set.baked.file[IBL_CONTENT_LUT].texture);
 }
 
 /* ---- drawing ------------------------------------------------------------ */
@@ -375,7 +377,7 @@ TEST(skies_are_read)
     double d[3];
     view_turn(s.turn, world, d);
     CHECK_NEAR(d[2], -1, 1e-12);
-    name_texels(&set.texture[VIEW_SKY], 8, 1, 50);
+    name_texels(&set.baked.file[IBL_CONTENT_SKYBOX].texture, 8, 1, 50);
     t = view_inspect(&set, &s, 400, 60, 0, 30);
     CHECK(t.value[0] == (float)(50 + t.face) && t.x < 8);
     CHECK(!view_inspect(&set, &s, 400, 60, -1, 30).inside);
@@ -436,7 +438,7 @@ TEST(no_lines_at_the_ends)
 
     begin();
     make_set(4, 1);
-    const ibl_texture *lut = &set.texture[VIEW_LUT];
+    const ibl_texture *lut = &set.baked.file[IBL_CONTENT_LUT].texture;
     float *rg = (float *)(void *)lut->data;
     for (int i = 0; i < lut->width * lut->height; i++) {
         rg[2 * i] = 1.4f * (float)(i % lut->width) / (float)lut->width - 0.2f;

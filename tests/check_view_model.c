@@ -485,10 +485,10 @@ TEST(ground)
     const view_camera c = view_camera_of(&on.settings, EDGE, EDGE);
     for (int sun = 0; sun < 2; sun++) {
         shade_constant(set, (const float[]){!sun, !sun, !sun});
-        set->set.light_count = sun;
-        set->set.light[0] =
+        set->set.baked.light_count = sun;
+        set->set.baked.light[0] =
             (ibl_light){.radius = 0.01, .irradiance = {M_PI, M_PI, M_PI}};
-        view_turn(on.settings.turn, to, set->set.light[0].direction);
+        view_turn(on.settings.turn, to, set->set.baked.light[0].direction);
         const float *rgb = draw_of(shade_ball());
         for (int i = 0; i < EDGE * EDGE; i++) {
             double d[3], p[3], off[3], near[3];

@@ -42,22 +42,28 @@ TEST(two_accounts)
         sets_open(ctx, "keys", &set);
         sets_check_same(&set, &keys, seds[i]);
         sets_open(ctx, "none", &side);
-        CHECK((side.mapping == IBL_ROUGHNESS_FILAMENT) == (i == 0));
-        CHECK((side.lobe == IBL_LOBE_CHARLIE) == (i == 1));
-        CHECK((side.geometry == IBL_GEOMETRY_SCHLICK_IBL) == (i == 2));
-        CHECK_NEAR(side.irradiance_scale, i == 3 ? 1 / M_PI : 1, 1e-15);
+        const ibl_set_file *f = side.baked.file;
+        const ibl_set_facts *chain = &f[IBL_CONTENT_SPECULAR].facts;
+        CHECK((chain->mapping == IBL_ROUGHNESS_FILAMENT) == (i == 0));
+        CHECK((chain->lobe == IBL_LOBE_CHARLIE) == (i == 1));
+        CHECK((f[IBL_CONTENT_LUT].facts.geometry == IBL_GEOMETRY_SCHLICK_IBL) ==
+              (i == 2));
+        CHECK_NEAR(f[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale,
+                   i == 3 ? 1 / M_PI : 1, 1e-15);
     }
     NEED(file_run("rm keys/sky.json none/sky.json"));
+    const ibl_set_facts *chain = &set.baked.file[IBL_CONTENT_SPECULAR].facts;
     const char *said = sets_open(ctx, "keys", &set);
     CHECK(sets_lines(said) == 1 && strstr(said, "level 0 is of roughness"));
-    for (int l = 0, last = set.texture[VIEW_SPECULAR].levels - 1; l <= last;
-         l++) {
-        CHECK_NEAR(set.roughness[l], 0.1 + 0.6 * l / last, 1e-8);
-        CHECK_NEAR(set.roughness[l] * set.lod_scale + set.lod_offset, l, 1e-6);
+    for (int l = 0, last = chain->levels - 1; l <= last; l++) {
+        CHECK_NEAR(chain->roughness[l], 0.1 + 0.6 * l / last, 1e-8);
+        CHECK_NEAR(chain->roughness[l] * chain->lod_scale + chain->lod_offset,
+                   l, 1e-6);
     }
     said = sets_open(ctx, "none", &set);
     CHECK(sets_lines(said) == 3 && strstr(said, "linear mapping"));
-    CHECK(set.roughness[3] == 1 && set.lod_scale == 3 && set.sh_degree == -1);
+    CHECK(chain->roughness[3] == 1 && chain->lod_scale == 3 &&
+          set.sh_degree == -1);
 }
 
 /* By what the engine of a set lights matte surfaces, as iblbake-engines(7) has
@@ -94,7 +100,7 @@ TEST(diffuse_light)
         CHECK_MSG(!view_set_lacks(&set, VIEW_DIFFUSE_MAP) == cases[i].map &&
                       !view_set_lacks(&set, VIEW_DIFFUSE_SH) == cases[i].sh,
                   "%s", cases[i].options);
-        CHECK(set.texture[VIEW_LUT].data);
+        CHECK(set.baked.file[IBL_CONTENT_LUT].texture.data);
         CHECK(i < 8 || strstr(said, "has no BRDF table: made"));
     }
 }
@@ -116,19 +122,26 @@ TEST(same_container)
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
         const char *end = ibl_container_extension((ibl_container)i);
         sets_open(ctx, test_text("mixed/sky_specular.%s", end), &set);
-        CHECK(!strcmp(strrchr(set.path[VIEW_IRRADIANCE], '.') + 1, end));
-        CHECK(!strcmp(strrchr(set.path[VIEW_LUT], '.') + 1, end));
+        CHECK(!strcmp(
+            strrchr(set.baked.file[IBL_CONTENT_IRRADIANCE].path, '.') + 1,
+            end));
+        CHECK(!strcmp(strrchr(set.baked.file[IBL_CONTENT_LUT].path, '.') + 1,
+                      end));
     }
     NEED(sets_bake("two", "--name b --geometry schlick-ibl --skybox 8") &&
          sets_bake("two", "--name a"));
     sets_open(ctx, "two/b_specular.ktx2", &set);
-    CHECK(set.geometry == IBL_GEOMETRY_SCHLICK_IBL && !strcmp(set.name, "b"));
-    CHECK(set.texture[VIEW_SKY].width == 8 && !set.own_sky);
+    CHECK(set.baked.file[IBL_CONTENT_LUT].facts.geometry ==
+              IBL_GEOMETRY_SCHLICK_IBL &&
+          !strcmp(set.baked.name, "b"));
+    CHECK(set.baked.file[IBL_CONTENT_SKYBOX].texture.width == 8 &&
+          !set.own_sky);
     /* Any cube is a sky to those who name it. */
     const view_request what = {.path = file_path("two/b_specular.ktx2"),
                                .sky = file_path("two/a_irradiance.ktx2")};
     NEED(view_set_open(ctx, &what, &set));
-    CHECK(set.own_sky && !strcmp(set.path[VIEW_SKY], what.sky));
+    CHECK(set.own_sky &&
+          !strcmp(set.baked.file[IBL_CONTENT_SKYBOX].path, what.sky));
     view_set_free(&set);
 }
 
@@ -192,7 +205,8 @@ TEST(kinds_and_folders)
         file_built("iblbake"), sets_file(), sets_file()));
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         const bool in = all[i].name[0] == 'd';
-        const view_kind kind = view_kind_of(in ? file_path(all[i].name) : "-", &why);
+        const view_kind kind =
+            view_kind_of(in ? file_path(all[i].name) : "-", &why);
         CHECK_MSG(kind == all[i].kind && !why == (kind != VIEW_KIND_NONE),
                   "%s: %d", all[i].name, kind);
     }
@@ -301,7 +315,7 @@ TEST(baker)
          file_run("'%s' -q large.exr --sh 4 -o same", file_built("iblbake")));
     sets_open(ctx, "same", &set);
     sets_check_same(&set, &made, "beside the window");
-    CHECK(!strcmp(made.source, what.path) && !made.diffuse);
+    CHECK(!strcmp(made.baked.source, what.path) && !made.diffuse);
     view_set_free(&made);
     for (int i = 0; i < 3; i++) {
         b = view_baker_start(&what);
@@ -315,7 +329,7 @@ TEST(baker)
         const view_request no = {.path = file_path(i ? "map.hdr" : "no.hdr")};
         view_test_catch();
         b = view_baker_start(&no);
-        CHECK(b && !view_baker_finish(b, &set) && !set.name);
+        CHECK(b && !view_baker_finish(b, &set) && !set.baked.name);
         const char *said = view_test_caught();
         CHECK_MSG(sets_lines(said) == 1 && strstr(said, ".hdr: "), "%s", said);
     }

@@ -100,7 +100,7 @@ static void save_map(const char *path)
 static void add_lobes(baked_set *to)
 {
     const float texels[2][4] = {{0, 0, 1, 0}, {0.75F, 0, 0, 0.25F}};
-    ibl_texture *t = &to->texture[VIEW_LOBES];
+    ibl_texture *t = &to->baked.file[IBL_CONTENT_LOBE_TABLE].texture;
 
     *t = texture_random(shade_ctx(), IBL_PIXEL_RGBA32F, (int[]){4, 4, 1, 1}, 4);
     for (size_t i = 0; i < t->bytes / sizeof *texels; i++)
@@ -112,9 +112,10 @@ static void add_lights(const view_settings *s, const shade_set *by,
                        const view_sphere *ball, const shade_pixel *p,
                        double specular[3], double diffuse[3])
 {
-    for (int i = 0; i < s->light_count + by->set.light_count; i++) {
+    for (int i = 0; i < s->light_count + by->set.baked.light_count; i++) {
         const bool disc = i >= s->light_count;
-        const ibl_light *sun = &by->set.light[disc ? i - s->light_count : 0];
+        const ibl_light *sun =
+            &by->set.baked.light[disc ? i - s->light_count : 0];
         double l[3], d2 = 1;
         if (disc)
             view_turn(-s->turn, sun->direction, l);
@@ -186,7 +187,7 @@ static void behind(const view_settings *s, const shade_set *by,
     double d[3], in_map[3];
 
     view_turn(s->turn, ray, d);
-    view_turn(by->set.source_yaw, d, in_map);
+    view_turn(by->set.baked.yaw_deg, d, in_map);
     ibl_lookup_chain(
         cube, d,
         s->background == VIEW_BACKGROUND_BLUR ? shade_level(&by->set, s->blur)
@@ -197,12 +198,12 @@ static void behind(const view_settings *s, const shade_set *by,
         rgb[k] = s->background == VIEW_BACKGROUND_COLOUR
                      ? s->background_colour[k]
                  : s->background == VIEW_BACKGROUND_TRANSPARENT ? 0
-                 : s->background == VIEW_BACKGROUND_MAP && by->set.source &&
-                         !by->set.own_sky
+                 : s->background == VIEW_BACKGROUND_MAP &&
+                         by->set.baked.source && !by->set.own_sky
                      ? light(in_map, k)
                      : rgb[k];
-    for (int i = 0; i < by->set.light_count; i++) {
-        const ibl_light *sun = &by->set.light[i];
+    for (int i = 0; i < by->set.baked.light_count; i++) {
+        const ibl_light *sun = &by->set.baked.light[i];
         const double s2 = pow(sin(sun->radius / 2), 2);
         for (int k = 0; k < 3 && test_dot(sun->direction, d) > 1 - 2 * s2; k++)
             rgb[k] += sun->irradiance[k] / (4 * M_PI * s2);
@@ -252,36 +253,38 @@ static void use(const state *is, view_settings *s, baked_set *to)
     if (is->taps)
         add_lobes(to);
     if (is->scaled) {
-        to->lod_scale *= 1.25;
-        to->lod_offset = -0.3;
-        to->irradiance_scale = 0.25;
+        to->baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale *= 1.25;
+        to->baked.file[IBL_CONTENT_SPECULAR].facts.lod_offset = -0.3;
+        to->baked.file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale = 0.25;
         memset(to->sh, 0, 3 * sizeof *to->sh);
     }
     if (is->bare)
         to->sh_degree = -1;
     if (is->map) {
-        to->source = strdup(file_path("map.exr"));
-        to->source_read = ibl_read_options_default();
-        to->source_yaw = 130;
+        to->baked.source = strdup(file_path("map.exr"));
+        to->baked.read = ibl_read_options_default();
+        to->baked.yaw_deg = 130;
     }
     if (is->own_sky) {
         to->own_sky = true;
-        to->texture[VIEW_SKY] = other->set.texture[VIEW_SPECULAR];
+        to->baked.file[IBL_CONTENT_SKYBOX].texture =
+            other->set.baked.file[IBL_CONTENT_SPECULAR].texture;
     }
     if (is->lit) {
         s->roughness[0] = 0.3;
         s->light_count = 2;
         s->light[0] = (view_light){{3, 2, 1}, {10, 5, 2}};
         s->light[1] = (view_light){{-6, 0, 0.5}, {3, 5, 20}};
-        to->light_count = 2; /* the second is in the sky's upper left */
-        to->light[0] = (ibl_light){.direction = {0.48, -0.64, 0.6},
-                                   .radius = 0.05,
-                                   .irradiance = {1, 2, 3}};
-        to->light[1] = (ibl_light){.radius = 0.1, .irradiance = {3, 1, 2}};
+        to->baked.light_count = 2; /* the second is in the sky's upper left */
+        to->baked.light[0] = (ibl_light){.direction = {0.48, -0.64, 0.6},
+                                         .radius = 0.05,
+                                         .irradiance = {1, 2, 3}};
+        to->baked.light[1] =
+            (ibl_light){.radius = 0.1, .irradiance = {3, 1, 2}};
         const view_camera c = view_camera_of(s, EDGE, EDGE);
         double ray[3];
         view_camera_ray(&c, EDGE, EDGE, 12, 12, ray);
-        view_turn(s->turn, ray, to->light[1].direction);
+        view_turn(s->turn, ray, to->baked.light[1].direction);
     }
 }
 
@@ -340,9 +343,9 @@ TEST(pixels_in_double)
                          : is->map ? 2e-3
                                    : 1e-3),
                   "%s: off by %g", is->what, off);
-        ibl_texture_free(&by.set.texture[VIEW_LOBES]);
+        ibl_texture_free(&by.set.baked.file[IBL_CONTENT_LOBE_TABLE].texture);
         ibl_image_free(&by.set.map);
-        free(by.set.source);
+        free(by.set.baked.source);
     }
 }
 
@@ -389,11 +392,12 @@ TEST(everything_is_finite)
 
     shade_begin(EDGE, EDGE);
     shade_constant(set, (const float[]){65504, 0, 1e-7f});
-    set->set.light_count = s.light_count = 3;
+    set->set.baked.light_count = s.light_count = 3;
     for (int i = 0; i < 3; i++) {
-        set->set.light[i] = (ibl_light){.direction = {0.6 * (i - 1), 0.8, 0},
-                                        .radius = i % 2 ? 0.0047 : 0.1,
-                                        .irradiance = {1, 1e5, 3}};
+        set->set.baked.light[i] =
+            (ibl_light){.direction = {0.6 * (i - 1), 0.8, 0},
+                        .radius = i % 2 ? 0.0047 : 0.1,
+                        .irradiance = {1, 1e5, 3}};
         s.light[i] = (view_light){{i == 1, i == 2 ? 1e6 : 0, i ? 0 : 0.45},
                                   {1e12, 1, 0}};
     }

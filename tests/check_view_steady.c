@@ -240,10 +240,12 @@ static bool bake_once(const ibl_image *map, const char *path, baked_set *set)
         return false;
     const bool ok =
         sets_bake_image(ctx, "soak", map, &o, set) &&
-        !ibl_texture_array_begin(ctx, &set->texture[VIEW_SPECULAR], 2,
-                                 &array) &&
-        !ibl_texture_array_put(ctx, &array, 0, &set->texture[VIEW_SPECULAR]) &&
-        !ibl_texture_array_put(ctx, &array, 1, &set->texture[VIEW_SPECULAR]) &&
+        !ibl_texture_array_begin(
+            ctx, &set->baked.file[IBL_CONTENT_SPECULAR].texture, 2, &array) &&
+        !ibl_texture_array_put(
+            ctx, &array, 0, &set->baked.file[IBL_CONTENT_SPECULAR].texture) &&
+        !ibl_texture_array_put(
+            ctx, &array, 1, &set->baked.file[IBL_CONTENT_SPECULAR].texture) &&
         !ibl_outputs_create(ctx, 0, &out) &&
         !ibl_outputs_take_texture(out, path, &array, IBL_CONTAINER_KTX2,
                                   NULL) &&

@@ -89,12 +89,12 @@ static void use_map(double yaw)
     const char *path = file_path("map.exr");
 
     NEED(file_save_exr(path, &on.map, NULL));
-    free(on.set.source);
+    free(on.set.baked.source);
     ibl_image_free(&on.set.map); /* it is read anew */
     on.set.map_why = NULL;
-    on.set.source = strdup(path);
-    on.set.source_read = ibl_read_options_default();
-    on.set.source_yaw = yaw;
+    on.set.baked.source = strdup(path);
+    on.set.baked.read = ibl_read_options_default();
+    on.set.baked.yaw_deg = yaw;
     NEED(view_renderer_load(on.renderer, &on.set));
 }
 
@@ -133,10 +133,12 @@ static void expected(const ibl_reference *ref, const shade_pixel *p,
 
     view_turn(on.side[0].turn, p->normal, n);
     view_turn(on.side[0].turn, p->view, v);
-    NEED(!ibl_reference_brdf(ref, on.set.geometry, &ball->roughness, 1, n, v, 1,
-                             all) &&
+    NEED(!ibl_reference_brdf(ref,
+                             on.set.baked.file[IBL_CONTENT_LUT].facts.geometry,
+                             &ball->roughness, 1, n, v, 1, all) &&
          !ibl_reference_irradiance(ref, n, 1, light.irradiance) &&
-         !ibl_reference_lut(on.ctx, p->n_v, ball->roughness, on.set.geometry,
+         !ibl_reference_lut(on.ctx, p->n_v, ball->roughness,
+                            on.set.baked.file[IBL_CONTENT_LUT].facts.geometry,
                             light.table));
     shade_split_sum(&on.side[0], ball, &light, rgb);
     for (int k = 0; k < 3; k++)
@@ -192,7 +194,8 @@ TEST_SLOW(integrals)
         on.side[0].turn = i ? 217.0 : 37.0;
         on.side[0].pitch = i ? -25.0 : 25.0;
         on.side[0].multiscatter = i == 1;
-        on.set.geometry = i < 2 ? IBL_GEOMETRY_SMITH : IBL_GEOMETRY_SCHLICK_IBL;
+        on.set.baked.file[IBL_CONTENT_LUT].facts.geometry =
+            i < 2 ? IBL_GEOMETRY_SMITH : IBL_GEOMETRY_SCHLICK_IBL;
         compare(-70.0 * i);
     }
 }
@@ -239,8 +242,8 @@ TEST(point_lights)
     on.side[0].light_count = 2;
     on.side[0].light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
     on.side[0].light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
-    on.set.light_count = 1;
-    on.set.light[0] = (ibl_light){
+    on.set.baked.light_count = 1;
+    on.set.baked.light[0] = (ibl_light){
         .direction = {0, 0.6, 0.8}, .radius = 0.02, .irradiance = {3, 2, 1}};
     as_looked_up(1, 1e-5);
     on.side[0].parts = VIEW_PARTS_DIRECT;
@@ -364,13 +367,16 @@ TEST(skybox)
     on.side[0].background = VIEW_BACKGROUND_COLOUR;
     const float *whole = add(8);
     bake(0.4, &rough);
-    CHECK(rough.roughness[0] > 0.3 && !rough.texture[VIEW_SKY].data);
-    on.set.texture[VIEW_SKY] = rough.texture[VIEW_SPECULAR];
+    CHECK(rough.baked.file[IBL_CONTENT_SPECULAR].facts.roughness[0] > 0.3 &&
+          !rough.baked.file[IBL_CONTENT_SKYBOX].texture.data);
+    on.set.baked.file[IBL_CONTENT_SKYBOX].texture =
+        rough.baked.file[IBL_CONTENT_SPECULAR].texture;
     CHECK(view_renderer_load(on.renderer, &on.set));
     CHECK(apart(add(8), whole) < 1e-4);
-    on.set.texture[VIEW_SKY] = (ibl_texture){0};
-    rough.texture[VIEW_SKY] = on.set.texture[VIEW_SPECULAR];
-    on.set.texture[VIEW_SPECULAR] = (ibl_texture){0};
+    on.set.baked.file[IBL_CONTENT_SKYBOX].texture = (ibl_texture){0};
+    rough.baked.file[IBL_CONTENT_SKYBOX].texture =
+        on.set.baked.file[IBL_CONTENT_SPECULAR].texture;
+    on.set.baked.file[IBL_CONTENT_SPECULAR].texture = (ibl_texture){0};
     CHECK(view_renderer_load(on.renderer, &rough));
     CHECK(apart(add(8), whole) < 1e-4);
     view_set_free(&rough);
@@ -384,10 +390,10 @@ TEST(map)
     const float *level0 = add(1);
     use_map(0);
     add(1);
-    CHECK(view_renderer_environment(on.renderer) == on.set.source);
+    CHECK(view_renderer_environment(on.renderer) == on.set.baked.source);
     ibl_image_free(&on.set.map);
     on.set.map_why = NULL; /* it is read again */
-    strcpy(on.set.source_hash, "0123456789abcdef0123456789abcdef");
+    strcpy(on.set.baked.source_hash, "0123456789abcdef0123456789abcdef");
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));
     CHECK(apart(add(1), level0) < 1e-5);
@@ -396,7 +402,7 @@ TEST(map)
 
     shade_constant(shade_sets, (const float[]){65504, 65504, 65504});
     shade_pack(shade_sets, IBL_PIXEL_RGBA16F, IBL_PIXEL_RG32F);
-    shade_sets->set.pixel[VIEW_SPECULAR] = IBL_PIXEL_RGBA16F;
+    shade_sets->set.baked.file[IBL_CONTENT_SPECULAR].pixel = IBL_PIXEL_RGBA16F;
     NEED(view_renderer_load(on.renderer, &shade_sets->set));
     view_test_catch();
     CHECK(!shade_frame(on.side));

@@ -52,7 +52,8 @@ void view_app_fit(view_app *app)
 {
     if (!app->set)
         return;
-    const int levels = app->set->texture[VIEW_SPECULAR].levels;
+    const int levels =
+        app->set->baked.file[IBL_CONTENT_SPECULAR].texture.levels;
 
     for (int i = 0; i < 2; i++) {
         view_settings *s = &app->side[i];
@@ -60,7 +61,7 @@ void view_app_fit(view_app *app)
             s->mode = VIEW_SPHERES;
             view_app_notice(app, "there is no model: open a .gltf or .glb");
         }
-        if (!app->set->path[VIEW_SPECULAR]) /* a map's */
+        if (!app->set->baked.file[IBL_CONTENT_SPECULAR].path) /* a map's */
             s->layer = 0;
         if (s->level >= levels)
             s->level = levels - 1;
@@ -71,7 +72,7 @@ void view_app_fit(view_app *app)
             s->diffuse = VIEW_DIFFUSE_AUTO;
             view_app_notice(app, "there %s", lacks);
         }
-        if (!app->set->texture[VIEW_LOBES].data &&
+        if (!app->set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data &&
             view_needs_lobes(s->reflection)) {
             s->reflection = VIEW_SPLIT_SUM;
             view_app_notice(app, "there is no table of lobes: iblbake "

@@ -33,30 +33,32 @@ void view_frame_camera(view_frame *f, const view_camera *c, int width,
 
 static void fill_set(view_frame *f, const baked_set *set)
 {
+    const ibl_set_file *file = set->baked.file;
     const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
 
-    f->lod[0] = (float)set->lod_scale;
-    f->lod[1] = (float)set->lod_offset;
-    f->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
-    f->lod[3] = (float)set->mapping;
-    f->diffuse[0] = (float)set->irradiance_scale;
-    f->diffuse[1] = (float)set->geometry;
+    f->lod[0] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_scale;
+    f->lod[1] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_offset;
+    f->lod[2] = (float)(file[IBL_CONTENT_SPECULAR].texture.levels - 1);
+    f->lod[3] = (float)file[IBL_CONTENT_SPECULAR].facts.mapping;
+    f->diffuse[0] = (float)file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale;
+    f->diffuse[1] = (float)file[IBL_CONTENT_LUT].facts.geometry;
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
-    for (int i = 0; i < set->light_count; i++) {
-        copy3(f->disc_direction[i], set->light[i].direction);
-        copy3(f->disc_irradiance[i], set->light[i].irradiance);
-        f->disc_direction[i][3] = (float)set->light[i].radius;
+    for (int i = 0; i < set->baked.light_count; i++) {
+        copy3(f->disc_direction[i], set->baked.light[i].direction);
+        copy3(f->disc_irradiance[i], set->baked.light[i].irradiance);
+        f->disc_direction[i][3] = (float)set->baked.light[i].radius;
     }
-    f->reflection[2] = set->light_count;
-    f->reflection[3] = set->texture[VIEW_SKY].data ? 0 : set->light_count;
+    f->reflection[2] = set->baked.light_count;
+    f->reflection[3] =
+        file[IBL_CONTENT_SKYBOX].texture.data ? 0 : set->baked.light_count;
 }
 
 /* By the harmonics, whose first is its mean, or else by the last level, which
  * has the same mean. */
 static void fill_constant(view_frame *f, const baked_set *set)
 {
-    const ibl_texture *map = &set->texture[VIEW_SPECULAR];
+    const ibl_texture *map = &set->baked.file[IBL_CONTENT_SPECULAR].texture;
     const int level = map->levels - 1, n = ibl_cube_edge(map->width, level);
     double sum[3] = {0};
     float texel[4];
@@ -94,11 +96,13 @@ static void fill_background(view_frame *f, const view_settings *s,
         to[0] = -1;
         to[1] = (float)s->blur;
     } else if (kind == VIEW_BACKGROUND_LEVEL) {
-        const int last = set->texture[VIEW_SPECULAR].levels - 1;
+        const int last =
+            set->baked.file[IBL_CONTENT_SPECULAR].texture.levels - 1;
         const int level =
             s->background_level < last ? s->background_level : last;
         to[0] = (float)level;
-        to[1] = (float)set->roughness[level];
+        to[1] =
+            (float)set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[level];
     }
 }
 
@@ -181,7 +185,7 @@ void view_frame_fill(view_frame *f, const view_settings *s,
         fill_constant(f, set);
     fill_background(f, s, set);
     fill_override(f, s);
-    f->shading[3] = set->texture[VIEW_SKY].levels > 1;
+    f->shading[3] = set->baked.file[IBL_CONTENT_SKYBOX].texture.levels > 1;
     f->choice[0] = (int)s->mode;
     f->choice[1] = (int)view_diffuse_of(s, set);
     f->choice[2] = (int)s->layout;

@@ -16,20 +16,21 @@ static const double radius = 2.5;
 
 void view_ground_load(view_ground *g, const baked_set *set)
 {
-    const ibl_image *map = set->light_count ? NULL : view_set_source(set, NULL);
+    const ibl_image *map =
+        set->baked.light_count ? NULL : view_set_source(set, NULL);
     ibl_ctx *ctx = NULL;
     ibl_image copy;
-    int count = set->light_count;
+    int count = set->baked.light_count;
 
     g->known = true;
     if (count)
-        g->light = set->light[0];
+        g->light = set->baked.light[0];
     if (map && !ibl_ctx_create(NULL, &ctx) &&
         !ibl_image_alloc(ctx, map->width, map->height, &copy)) {
         memcpy(copy.data, map->data,
                3 * (size_t)map->width * (size_t)map->height *
                    sizeof *copy.data);
-        if (ibl_image_take_lights(ctx, &copy, set->source_yaw, 1, &g->light,
+        if (ibl_image_take_lights(ctx, &copy, set->baked.yaw_deg, 1, &g->light,
                                   &count))
             count = 0;
         ibl_image_free(&copy);
@@ -70,7 +71,7 @@ void view_ground_fill(const view_ground *g, const view_settings *s,
     f->ground[1] = (float)radius;
     f->ground[2] = (float)tan(g->light.radius);
     view_turn(-s->turn, g->light.direction, to);
-    if (to[1] <= 0 || (!in_all && !set->light_count))
+    if (to[1] <= 0 || (!in_all && !set->baked.light_count))
         return;
     for (int k = 0; k < 3; k++)
         f->ground_sun[k] = (float)(g->light.irradiance[k] * to[1] / M_PI);

@@ -37,10 +37,11 @@ static bool flatten(const baked_set *set, const view_settings *s, int width,
     const bool matte = s->mode == VIEW_IRRADIANCE_MAP;
     const view_diffuse by = view_diffuse_of(s, set);
     const bool last = matte && by == VIEW_DIFFUSE_LAST;
-    const view_content content = s->mode == VIEW_LEVELS || last ? VIEW_SPECULAR
-                                 : matte ? VIEW_IRRADIANCE
-                                         : VIEW_LUT;
-    const ibl_texture *map = &set->texture[content];
+    const ibl_content content = s->mode == VIEW_LEVELS || last
+                                    ? IBL_CONTENT_SPECULAR
+                                : matte ? IBL_CONTENT_IRRADIANCE
+                                        : IBL_CONTENT_LUT;
+    const ibl_texture *map = &set->baked.file[content].texture;
 
     *f = (flat){.window = {width, height}};
     if (view_is_lit(s))
@@ -58,9 +59,9 @@ static bool flatten(const baked_set *set, const view_settings *s, int width,
         return false;
     f->map = map;
     f->size[0] = map->width, f->size[1] = map->height;
-    if (content == VIEW_SPECULAR)
+    if (content == IBL_CONTENT_SPECULAR)
         f->level = !last && s->level < map->levels ? s->level : map->levels - 1;
-    if (content != VIEW_LUT) {
+    if (content != IBL_CONTENT_LUT) {
         f->edge = f->harmonics ? VIEW_HARMONICS_EDGE
                                : ibl_cube_edge(map->width, f->level);
         for (int k = 0; k < 2; k++)
@@ -150,7 +151,7 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
     t.level = f.level;
     if (f.source) {
         const int w = f.source->width;
-        const double u = (floor(p[0]) + 0.5) / w - set->source_yaw / 360;
+        const double u = (floor(p[0]) + 0.5) / w - set->baked.yaw_deg / 360;
         const double phi = 2 * M_PI * (u - 0.5);
         const double theta = M_PI * (floor(p[1]) + 0.5) / f.size[1];
         t.x = (int)p[0], t.y = (int)p[1];
@@ -191,14 +192,14 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
 static view_texel take_sky(const baked_set *set, const view_settings *s,
                            int width, int height, double x, double y)
 {
-    const ibl_texture *map = &set->texture[VIEW_SKY];
+    const ibl_texture *map = &set->baked.file[IBL_CONTENT_SKYBOX].texture;
     const view_camera c = view_camera_of(s, width, height);
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
     view_texel t = {.face = -1};
     double world[3], d[3];
 
     if (!map->data)
-        map = &set->texture[VIEW_SPECULAR];
+        map = &set->baked.file[IBL_CONTENT_SPECULAR].texture;
     view_camera_ray(&c, width, height, x, y, world);
     if (s->background != VIEW_BACKGROUND_MAP || !map->data ||
         !(x >= 0 && x < width && y >= 0) || y >= height ||

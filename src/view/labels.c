@@ -27,7 +27,7 @@ static const double upper_left[2] = {0, 0}, upper_right[2] = {1, 0},
 
 static void add_map(const view_settings *s, const baked_set *set, char *to)
 {
-    const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
+    const ibl_texture *chain = &set->baked.file[IBL_CONTENT_SPECULAR].texture;
 
     if (s->mode == VIEW_TABLE)
         view_add(to, BYTES,
@@ -37,10 +37,12 @@ static void add_map(const view_settings *s, const baked_set *set, char *to)
         view_add(to, BYTES, ", irradiance by %s",
                  view_diffuse_names[view_diffuse_of(s, set)]);
     else if (s->mode == VIEW_LEVELS)
-        view_add(to, BYTES, ", level %d of %d, roughness %.3g, %d x %d a face",
-                 s->level, chain->levels, set->roughness[s->level],
-                 ibl_cube_edge(chain->width, s->level),
-                 ibl_cube_edge(chain->width, s->level));
+        view_add(
+            to, BYTES, ", level %d of %d, roughness %.3g, %d x %d a face",
+            s->level, chain->levels,
+            set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[s->level],
+            ibl_cube_edge(chain->width, s->level),
+            ibl_cube_edge(chain->width, s->level));
     if (s->layout == VIEW_CROSS &&
         (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP))
         view_add(to, BYTES, ": +Y above, -X +Z +X -Z, -Y below");
@@ -53,7 +55,7 @@ static void write_title(const view_app *app, char text[BYTES])
     const view_settings *s = &app->side[0];
     const baked_set *set = app->set;
 
-    snprintf(text, BYTES, "%.80s", set->name);
+    snprintf(text, BYTES, "%.80s", set->baked.name);
     if (set->layer)
         view_add(text, BYTES, ", layer %d", set->layer);
     if (s->mode == VIEW_SPHERES)

@@ -29,7 +29,7 @@ _Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
 /* One of two states that are compared, or the only one. */
 typedef struct side {
     const baked_set *set; /* NULL: that of the first side */
-    GLuint maps[VIEW_CONTENTS];
+    GLuint maps[IBL_CONTENTS];
     view_settings settings;   /* of the last draw */
     view_frame frame;         /* the same, at the pixels' centres */
     view_image picture, mean; /* of one place in the pixels; of all so far */
@@ -134,20 +134,21 @@ static const GLuint *maps_of(const view_renderer *r, int i)
 /* Replaces the maps of a set. */
 static bool load_maps(side *to, const baked_set *set)
 {
-    GLuint maps[VIEW_CONTENTS] = {0};
+    GLuint maps[IBL_CONTENTS] = {0};
 
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const ibl_texture *tex = &set->texture[i];
-        if (!tex->data)
+    for (int i = 0; i < IBL_CONTENTS; i++) {
+        const ibl_set_file *f = &set->baked.file[i];
+        if (!f->texture.data)
             continue; /* the sky and the lobes may be absent */
-        maps[i] = view_upload(
-            tex, false, set->path[i] ? set->path[i] : view_content_names[i]);
+        maps[i] =
+            view_upload(&f->texture, false,
+                        f->path ? f->path : ibl_content_name((ibl_content)i));
         if (!maps[i]) {
-            gl.DeleteTextures(VIEW_CONTENTS, maps);
+            gl.DeleteTextures(IBL_CONTENTS, maps);
             return false;
         }
     }
-    gl.DeleteTextures(VIEW_CONTENTS, to->maps);
+    gl.DeleteTextures(IBL_CONTENTS, to->maps);
     memcpy(to->maps, maps, sizeof maps);
     to->set = set;
     return true;
@@ -202,16 +203,17 @@ static void find_backdrop(view_renderer *r, const view_settings *s)
     r->knows_backdrop = true;
 }
 
-static void bind_maps(const GLuint maps[VIEW_CONTENTS])
+static void bind_maps(const GLuint maps[IBL_CONTENTS])
 {
-    const GLuint sky = maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
-    const GLuint level0 = maps[VIEW_SPECULAR];
+    const GLuint sky = maps[IBL_CONTENT_SKYBOX], cube = GL_TEXTURE_CUBE_MAP;
+    const GLuint level0 = maps[IBL_CONTENT_SPECULAR];
 
     view_gl_bind(VIEW_UNIT_SPECULAR, cube, level0);
-    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, maps[VIEW_IRRADIANCE]);
-    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
+    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, maps[IBL_CONTENT_IRRADIANCE]);
+    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[IBL_CONTENT_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
-    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
+    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY,
+                 maps[IBL_CONTENT_LOBE_TABLE]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -284,7 +286,7 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
         return;
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
         f->shading[2] = VIEW_BACKDROP_MAP;
-    f->diffuse[2] = (float)(set_of(r, 0)->source_yaw / 360);
+    f->diffuse[2] = (float)(set_of(r, 0)->baked.yaw_deg / 360);
 }
 
 /* Captures what is due for the scene; the picture begins anew if that changes
@@ -292,17 +294,19 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
 static bool update_stage(view_renderer *r, int i, const view_settings *s)
 {
     side *of = &r->side[i];
-    const GLuint *maps = maps_of(r, i), level0 = maps[VIEW_SPECULAR];
-    view_room_environment e = {.specular = level0,
-                               .irradiance = maps[VIEW_IRRADIANCE],
-                               .sky = maps[VIEW_SKY] ? maps[VIEW_SKY] : level0,
-                               .map = r->backdrop && !set_of(r, 0)->own_sky};
+    const GLuint *maps = maps_of(r, i), level0 = maps[IBL_CONTENT_SPECULAR];
+    view_room_environment e = {
+        .specular = level0,
+        .irradiance = maps[IBL_CONTENT_IRRADIANCE],
+        .sky = maps[IBL_CONTENT_SKYBOX] ? maps[IBL_CONTENT_SKYBOX] : level0,
+        .map = r->backdrop && !set_of(r, 0)->own_sky};
 
     fill_frame(r, i, s, &e.frame);
     if (!of->stage && (of->stage = view_scene_create()))
         view_scene_use(of->stage, r->probes);
-    return of->stage && view_scene_update(of->stage, s, &e, maps[VIEW_LUT],
-                                          r->model, &r->stale);
+    return of->stage &&
+           view_scene_update(of->stage, s, &e, maps[IBL_CONTENT_LUT], r->model,
+                             &r->stale);
 }
 
 /* Prepares what the mode shows. False, with a message. */

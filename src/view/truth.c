@@ -142,7 +142,7 @@ static bool load(view_truth *t, const baked_set *set)
         upload_aim(t, &aim);
     t->sampling[2] = aim.edge;
     t->sampling[3] =
-        view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->light_count : 0;
+        view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->baked.light_count : 0;
     view_aim_free(&aim);
     return view_gl_check("the table of the environment's lights");
 }

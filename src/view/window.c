@@ -240,7 +240,7 @@ static void show_title(view_app *app)
     char title[sizeof app->title];
 
     snprintf(title, sizeof title, "%s | %.1f ms",
-             app->set ? app->set->name : "iblview", app->frame_ms);
+             app->set ? app->set->baked.name : "iblview", app->frame_ms);
     ibl_one_line(title);
     if (!strcmp(title, app->title)) /* setting it sends a message */
         return;
