@@ -35,7 +35,7 @@ static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     memset(&on, 0, sizeof on);
-    on.display = view_program("full.vert", "display.frag");
+    on.display = view_program("", "full.vert", "display.frag");
     NEED(on.display);
     test_defer(end, NULL);
     gl.GenBuffers(1, &on.uniforms);

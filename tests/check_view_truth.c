@@ -462,6 +462,7 @@ TEST(known_errors)
     };
     static float truth[3 * WIDTH * HEIGHT], picture[3 * WIDTH * HEIGHT];
     static int shown[WIDTH * HEIGHT];
+    static view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
     const float *pictures[4] = {picture, truth, NULL, NULL};
     view_settings s = view_settings_default();
     view_error errors[6];
@@ -469,7 +470,13 @@ TEST(known_errors)
     s.rows = 2;
     s.columns = 3;
     s.distance = 4; /* spheres go on beyond the picture */
-    view_errors_spheres(&s, WIDTH, HEIGHT, shown);
+    const view_camera c = view_camera_of(&s, WIDTH, HEIGHT);
+    const int count = view_grid(&s, balls);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double d[3];
+        view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, d);
+        shown[i] = view_grid_hit(balls, count, c.eye, d, NULL);
+    }
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         const int x = i % WIDTH, y = i / WIDTH;
         bool inside = x && y && x < WIDTH - 1 && y < HEIGHT - 1;

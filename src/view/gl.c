@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -17,6 +18,14 @@ view_gl gl;
 
 static GLuint nothing; /* a vertex array without attributes */
 static GLuint timers[2];
+static GLuint block_buffers[VIEW_BLOCKS];
+
+/* Programs of this context. */
+static struct {
+    char *text; /* files and defines */
+    GLuint program;
+} * programs;
+static int program_count;
 
 /* Blending with the part of the pixel that alpha says is covered, in pictures
  * whose colours are times their alpha. */
@@ -38,6 +47,9 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
 #undef VIEW_GL_FIND
     gl.GenVertexArrays(1, &nothing);
     gl.GenQueries(2, timers);
+    gl.GenBuffers(VIEW_BLOCKS, block_buffers);
+    while (program_count)
+        free(programs[--program_count].text);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -76,13 +88,24 @@ GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data)
     return buffer;
 }
 
-void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
-                       GLuint divisor)
+void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset)
 {
     gl.EnableVertexAttribArray(at);
     gl.VertexAttribPointer(at, size, GL_FLOAT, GL_FALSE, (GLsizei)stride,
                            (const void *)(uintptr_t)offset);
-    gl.VertexAttribDivisor(at, divisor);
+}
+
+void view_gl_block(int block, const void *data, size_t bytes)
+{
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, (GLuint)block, block_buffers[block]);
+    gl.BufferData(GL_UNIFORM_BUFFER, (GLsizeiptr)bytes, data, GL_STREAM_DRAW);
+}
+
+void view_gl_draw_quads(GLuint program, int count)
+{
+    gl.UseProgram(program);
+    gl.BindVertexArray(nothing);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
 }
 
 void view_gl_draw_full(GLuint program)
@@ -205,9 +228,25 @@ GLuint view_program_from(const view_shader_file *files, const char *defines,
     return 0;
 }
 
-GLuint view_program(const char *vertex_file, const char *fragment_file)
+GLuint view_program(const char *defines, const char *vertex_file,
+                    const char *fragment_file)
 {
-    return view_program_from(view_shader_files, "", vertex_file, fragment_file);
+    char text[1024];
+
+    snprintf(text, sizeof text, "%s %s\n%s", vertex_file, fragment_file,
+             defines);
+    for (int i = 0; i < program_count; i++)
+        if (!strcmp(programs[i].text, text))
+            return programs[i].program;
+    const GLuint program = view_program_from(view_shader_files, defines,
+                                             vertex_file, fragment_file);
+    if (!program)
+        return 0;
+    programs = ibl_need(
+        realloc(programs, (size_t)(program_count + 1) * sizeof *programs));
+    programs[program_count].text = ibl_need(strdup(text));
+    programs[program_count++].program = program;
+    return program;
 }
 
 /* ---- textures -------------------------------------------------------------
@@ -327,10 +366,12 @@ void view_image_begin(const view_image *i)
     gl.Clear(GL_DEPTH_BUFFER_BIT);
 }
 
-bool view_mean_add(GLuint program, const view_image *picture, float part,
-                   view_image *mean)
+bool view_mean_add(const view_image *picture, float part, view_image *mean)
 {
-    if (!view_image_make(mean, picture->width, picture->height))
+    const GLuint program =
+        view_program("#define COPY\n", "full.vert", "display.frag");
+
+    if (!program || !view_image_make(mean, picture->width, picture->height))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, mean->framebuffer);
     gl.Viewport(0, 0, mean->width, mean->height);

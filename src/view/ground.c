@@ -81,7 +81,6 @@ void view_ground_fill(const view_ground *g, const view_settings *s,
 
 static bool make(view_ground *g)
 {
-    g->buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
     gl.GenFramebuffers(1, &g->framebuffer);
     gl.GenTextures(2, g->depth);
     for (int i = 0; i < 2; i++) {
@@ -93,29 +92,24 @@ static bool make(view_ground *g)
     return view_gl_check("the ground");
 }
 
-bool view_ground_draw(view_ground *g, const view_frame *f, view_model *model,
-                      bool again)
+bool view_ground_draw(view_ground *g, const view_frame *f, view_model *model)
 {
     static const double below[3] = {0, -1, 0};
     view_frame from = *f;
     bool ok = g->framebuffer || make(g);
 
+    gl.BindFramebuffer(GL_FRAMEBUFFER, g->framebuffer);
+    gl.DrawBuffer(GL_NONE);
     gl.Viewport(0, 0, EDGE, EDGE);
     for (int i = 0; i < 2 && ok; i++) {
-        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, g->depth[i]);
-        if (!again)
-            continue;
         if (i)
             look_from(below, from.clip);
         else
             memcpy(from.clip, f->ground_light, sizeof from.clip);
-        gl.BindBuffer(GL_UNIFORM_BUFFER, g->buffer);
-        gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof from, &from);
-        gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, g->buffer);
-        gl.BindFramebuffer(GL_FRAMEBUFFER, g->framebuffer);
+        view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, g->depth[i]);
         gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
                                 GL_TEXTURE_2D, g->depth[i], 0);
-        gl.DrawBuffer(GL_NONE);
         ok = view_model_depth(model);
     }
     return ok;

@@ -12,15 +12,14 @@
 #include "view/frame.h"
 #include "view/model.h"
 
-/* Half the width of the maps, whose edges are free of the model; defined for
+/* Half the width of the maps, whose edges are free of the model; GROUND of
  * shaders. */
 #define VIEW_GROUND_HALF 1.02
-#define VIEW_GROUND_DEFINE "#define GROUND 1.02\n"
 
 typedef struct view_ground {
-    GLuint framebuffer, buffer, depth[2]; /* from the light, from below */
-    bool known;                           /* whether light is that of the set */
-    ibl_light light;                      /* irradiance 0: there is none */
+    GLuint framebuffer, depth[2]; /* from the light, from below */
+    bool known;                   /* whether light is that of the set */
+    ibl_light light;              /* irradiance 0: there is none */
 } view_ground;
 
 /* Finds the main light of a set: the first that was taken out of it, or would
@@ -30,9 +29,8 @@ void view_ground_load(view_ground *g, const baked_set *set);
 void view_ground_fill(const view_ground *g, const view_settings *s,
                       const baked_set *set, const view_model *model,
                       view_frame *f);
-/* Binds the maps of depth. again: draws them for a frame before, which changes
- * viewport, framebuffer and the block "Frame". False, with a message. */
-bool view_ground_draw(view_ground *g, const view_frame *f, view_model *model,
-                      bool again);
+/* Draws the maps of depth for a frame, and binds them; changes viewport,
+ * framebuffer and the block "Frame". False, with a message. */
+bool view_ground_draw(view_ground *g, const view_frame *f, view_model *model);
 
 #endif

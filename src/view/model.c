@@ -9,55 +9,53 @@
 
 #include "common/signals.h"
 #include "view/gl.h"
+#include "view/ground.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
 
 /* ---- tables -------------------------------------------------------------- */
 
-/* Textures of a material, as surface.frag names them. */
+/* Textures of a material, in the order of their units and of surface.frag. */
 static const struct {
-    const char *name;
-    size_t at;   /* in ibl_scene_material */
-    bool colour; /* sRGB */
+    const char *name; /* for messages */
+    size_t at;        /* in ibl_scene_material */
+    bool colour;      /* sRGB */
 } slots[] = {
-#define SLOT(name, field, colour)                                              \
+#define SLOT(field, colour)                                                    \
     {                                                                          \
-        name, offsetof(ibl_scene_material, field##_texture), colour            \
+#field, offsetof(ibl_scene_material, field##_texture), colour          \
     }
-    SLOT("base", base_colour, true),
-    SLOT("rough", metallic_roughness, false),
-    SLOT("normal", normal, false),
-    SLOT("occlusion", occlusion, false),
-    SLOT("emissive", emissive, true),
-    SLOT("weight", specular, false),
-    SLOT("f0", specular_colour, true),
-    SLOT("coat", clearcoat, false),
-    SLOT("coat_rough", clearcoat_roughness, false),
-    SLOT("coat_normal", clearcoat_normal, false),
+    SLOT(base_colour, true),
+    SLOT(metallic_roughness, false),
+    SLOT(normal, false),
+    SLOT(occlusion, false),
+    SLOT(emissive, true),
+    SLOT(specular, false),
+    SLOT(specular_colour, true),
+    SLOT(clearcoat, false),
+    SLOT(clearcoat_roughness, false),
+    SLOT(clearcoat_normal, false),
 #undef SLOT
 };
 
 enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
-    SET_MAPS = 9,  /* that a program looks up besides, at most */
-    /* Bits of a program's key above those of the textures it has, and, from
-     * FEATURE_BITS, its view_lighting_key. */
+    SET_MAPS = 8,  /* that a program looks up besides, at most */
+    /* What a program does, above the bits of the textures that it has. */
     HAS_MASK = 1 << SLOTS,
     HAS_BLEND = 2 << SLOTS,
     HAS_UNLIT = 4 << SLOTS,
     HAS_TANGENTS = 8 << SLOTS,
     HAS_COAT = 16 << SLOTS,
-    DEPTH_ONLY = 32 << SLOTS,
-    HAS_GLOSS = 64 << SLOTS,
-    BY_PROBES = 128 << SLOTS,
-    FEATURE_BITS = SLOTS + 8
+    HAS_GLOSS = 32 << SLOTS,
+    DEPTH_ONLY = 64 << SLOTS
 };
 
 /* What these bits define, from HAS_MASK on. */
 static const char *const features[] = {"MASK", "BLEND", "UNLIT", "TANGENTS",
-                                       "COAT", "DEPTH", "GLOSS", "PROBES"};
+                                       "COAT", "GLOSS", "DEPTH"};
 
 /* Attributes of model.vert. */
 enum {
@@ -81,7 +79,7 @@ typedef struct model_block {
 
 typedef struct model_material {
     char *name;
-    int key; /* what it adds to the key of programs */
+    int key; /* what its programs do */
     bool blended, double_sided;
     model_block block;
     GLuint texture[SLOTS], sampler[SLOTS]; /* 0: none */
@@ -101,76 +99,21 @@ typedef struct model_draw {
     bool mirrored;
 } model_draw;
 
-typedef struct model_program {
-    int key;
-    GLuint program;
-} model_program;
-
 struct view_model {
     model_part *parts;
     model_material *materials;
     model_draw *draws;
     model_draw **order; /* from back to front */
-    model_program *programs;
     view_pose *cameras;
     /* Textures of images, [0] as numbers and [1] as colours. */
     GLuint *images[2];
-    int part_count, material_count, draw_count, program_count, image_count,
-        camera_count;
+    int part_count, material_count, draw_count, image_count, camera_count;
     GLuint blocks; /* buffer of all blocks, block_step bytes apart */
     GLint block_step;
     /* Of the file: the middle of its box, its height below that, the distance
      * of its farthest vertex. */
     double middle[3], below, radius;
 };
-
-/* ---- programs ------------------------------------------------------------ */
-
-static GLuint make_program(int key)
-{
-    char text[4096] = "";
-
-    view_add(text, sizeof text, "#define MODEL\n#define TEXTURES %d\n", SLOTS);
-    view_lighting_define(key >> FEATURE_BITS, text, sizeof text);
-    for (int i = 0; i < FEATURE_BITS - SLOTS; i++)
-        if (key & HAS_MASK << i)
-            view_add(text, sizeof text, "#define %s\n", features[i]);
-    for (int i = 0; i < SLOTS; i++) {
-        const char *n = slots[i].name;
-        if (key & 1 << i)
-            view_add(text, sizeof text,
-                     "#define has_%s\n#define place_%s placed(%d)\n"
-                     "#define look_%s texture(%s_map, placed(%d))\n",
-                     n, n, i, n, n, i);
-        else
-            view_add(text, sizeof text, "#define look_%s vec4(1.0)\n", n);
-    }
-    return view_program_from(view_shader_files, text, "model.vert",
-                             "surface.frag");
-}
-
-/* The program of a key, made on first use; 0, with a message. */
-static GLuint program_of(view_model *m, int key)
-{
-    char name[32];
-
-    for (int i = 0; i < m->program_count; i++)
-        if (m->programs[i].key == key)
-            return m->programs[i].program;
-    m->programs = ibl_need(realloc(m->programs, (size_t)(m->program_count + 1) *
-                                                    sizeof *m->programs));
-    const GLuint program = make_program(key);
-    if (!program)
-        return 0;
-    gl.UseProgram(program);
-    for (int i = 0; i < SLOTS; i++) {
-        snprintf(name, sizeof name, "%s_map", slots[i].name);
-        gl.Uniform1i(gl.GetUniformLocation(program, name),
-                     VIEW_MODEL_UNITS + i);
-    }
-    m->programs[m->program_count++] = (model_program){key, program};
-    return program;
-}
 
 /* ---- materials ----------------------------------------------------------- */
 
@@ -299,7 +242,7 @@ static void add_attribute(GLuint at, int size, const float *from,
         return;
     gl.BufferSubData(GL_ARRAY_BUFFER, (GLintptr)*offset, (GLsizeiptr)bytes,
                      from);
-    view_gl_attribute(at, size, (size_t)size * sizeof *from, *offset, 0);
+    view_gl_attribute(at, size, (size_t)size * sizeof *from, *offset);
     *offset += bytes;
 }
 
@@ -525,8 +468,6 @@ void view_model_free(view_model *m)
         gl.DeleteSamplers(SLOTS, m->materials[i].sampler);
         free(m->materials[i].name);
     }
-    for (int i = 0; i < m->program_count; i++)
-        gl.DeleteProgram(m->programs[i].program);
     for (int i = 0; i < 2; i++) {
         gl.DeleteTextures(m->image_count, m->images[i]);
         free(m->images[i]);
@@ -536,7 +477,6 @@ void view_model_free(view_model *m)
     free(m->materials);
     free(m->draws);
     free(m->order);
-    free(m->programs);
     free(m->cameras);
     free(m);
 }
@@ -553,26 +493,39 @@ const char *view_model_material(const view_model *m, int i)
 
 /* ---- drawing ------------------------------------------------------------- */
 
-/* Draws what is blended, or the rest, with the programs of their materials, as
- * far as the pass needs these. */
+static GLuint program_of(int key, const view_lighting *light)
+{
+    char text[512] = "";
+
+    view_add(text, sizeof text, "#define MODEL\n#define TEXTURES %d\n", SLOTS);
+    view_add(text, sizeof text, "#define HAS %d\n", key & (HAS_MASK - 1));
+    for (size_t i = 0; i < sizeof features / sizeof *features; i++)
+        if (key & HAS_MASK << i)
+            view_add(text, sizeof text, "#define %s\n", features[i]);
+    view_lighting_define(light, text, sizeof text);
+    return view_program(text, "model.vert", "surface.frag");
+}
+
+/* Draws what is blended, or the rest, with the programs of their materials, or
+ * only its depth. */
 static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
-    const int off = light->override ? HAS_UNLIT | HAS_COAT : 0;
+    const view_lighting none = {.probes = light->probes};
     GLuint used = 0;
 
     for (int i = 0; i < m->draw_count; i++) {
         const model_draw *d = m->order[i];
         const model_part *part = d->part;
         const model_material *material = &m->materials[part->material];
-        const int all = material->key | part->key;
-        const int key =
-            (light->probes ? BY_PROBES : 0) |
-            (depth ? DEPTH_ONLY | (all & HAS_MASK ? all & (HAS_MASK | 1) : 0)
-                   : (all & ~off) | view_lighting_key(light) << FEATURE_BITS);
+        int key = material->key | part->key;
         if (material->blended != blended)
             continue;
-        const GLuint program = program_of(m, key);
+        if (depth)
+            key = DEPTH_ONLY | (key & HAS_MASK ? key & (HAS_MASK | 1) : 0);
+        else if (light->override)
+            key &= ~(HAS_UNLIT | HAS_COAT);
+        const GLuint program = program_of(key, depth ? &none : light);
         if (!program)
             return false;
         if (program != used)
@@ -676,33 +629,35 @@ bool view_model_depth(view_model *m)
 
 /* ---- models or spheres --------------------------------------------------- */
 
-bool view_subject_draw(const view_subject *s, const view_lighting *light,
-                       view_image *picture)
+bool view_subject_draw(const view_subject *s, view_image *picture)
 {
-    const int key = view_lighting_key(light);
-    char text[256] = "";
+    const view_frame *f = s->frame;
+    char text[256];
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer);
-    if (s->model)
-        view_image_begin(picture);
-    if (s->sky)
-        view_gl_draw_full(s->sky);
-    else {
+    view_gl_block(VIEW_BLOCK_FRAME, f, sizeof *f);
+    view_image_begin(picture);
+    gl.Disable(GL_BLEND);
+    if (s->light.parts == VIEW_PARTS_COUNT) {
         gl.ClearColor(0, 0, 0, 0);
         gl.Clear(GL_COLOR_BUFFER_BIT);
+    } else {
+        snprintf(text, sizeof text, "#define BACKDROP %d\n", f->shading[2]);
+        if (f->parts[3])
+            view_add(text, sizeof text, "#define GROUND %g\n",
+                     VIEW_GROUND_HALF);
+        const GLuint sky = view_program(text, "full.vert", "sky.frag");
+        if (!sky)
+            return false;
+        view_gl_draw_full(sky);
     }
     if (s->model)
-        return view_model_draw(s->model, light, s->eye);
-    view_lighting_define(key, text, sizeof text);
-    if (!s->programs[key])
-        s->programs[key] = view_program_from(view_shader_files, text,
-                                             "sphere.vert", "surface.frag");
-    if (!s->programs[key])
-        return false;
+        return view_model_draw(s->model, &s->light, f->eye);
+    *text = '\0';
+    view_lighting_define(&s->light, text, sizeof text);
+    const GLuint spheres = view_program(text, "sphere.vert", "surface.frag");
     gl.Enable(GL_BLEND);
-    gl.UseProgram(s->programs[key]);
-    gl.BindVertexArray(s->instances);
-    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, s->count);
+    if (spheres)
+        view_gl_draw_quads(spheres, f->grid[0] * f->grid[1]);
     gl.Disable(GL_BLEND);
-    return true;
+    return spheres;
 }

@@ -14,18 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
-};
-
-/* A view_sphere as attributes of sphere.vert. */
-typedef struct instance {
-    float value[12];
-} instance;
-
-_Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
-               "all are attributes");
-
 /* One of two states that are compared, or the only one. */
 typedef struct side {
     const baked_set *set; /* NULL: that of the first side */
@@ -35,18 +23,10 @@ typedef struct side {
     view_image picture, mean; /* of one place in the pixels; of all so far */
     view_truth *truth;        /* made on first use */
     view_scene *stage;        /* the same */
-    GLuint instances, buffer; /* of spheres */
-    int count;
-    instance sorted[MAX_SPHERES];
 } side;
 
 struct view_renderer {
-    GLuint inspect, display, mean; /* programs */
-    /* Made on first use: of each backdrop without ground and with it, of
-     * spheres, and of tones for materials alone. */
-    GLuint sky[2 * VIEW_BACKDROPS], spheres[VIEW_LIGHTINGS], tone[VIEW_TONES];
-    GLuint nearest, smooth; /* samplers of maps */
-    GLuint frame_buffer;
+    GLuint sampler; /* of maps that are shown */
     side side[2];
     int sides;                    /* of the last draw */
     int places;                   /* drawn */
@@ -61,51 +41,12 @@ struct view_renderer {
     bool stale;     /* the linear pictures must be drawn again */
 };
 
-/* ---- what never changes ------------------------------------------------ */
-
-static GLuint make_sampler(GLint filter)
-{
-    GLuint sampler;
-
-    gl.GenSamplers(1, &sampler);
-    gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER,
-                         filter == GL_LINEAR ? GL_LINEAR_MIPMAP_NEAREST
-                                             : GL_NEAREST_MIPMAP_NEAREST);
-    gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
-    return sampler;
-}
-
-static bool make(view_renderer *r)
-{
-    r->inspect = view_program("full.vert", "inspect.frag");
-    r->display = r->inspect ? view_program("full.vert", "display.frag") : 0;
-    r->mean = r->display ? view_program("full.vert", "mean.frag") : 0;
-    if (!r->mean)
-        return false;
-    for (int i = 0; i < 2; i++) {
-        side *s = &r->side[i];
-        gl.GenVertexArrays(1, &s->instances);
-        gl.BindVertexArray(s->instances);
-        s->buffer = view_gl_buffer(GL_ARRAY_BUFFER, sizeof s->sorted, NULL);
-        for (GLuint k = 0; k < 3; k++)
-            view_gl_attribute(k, 4, sizeof(instance), 4 * k * sizeof(float), 1);
-    }
-    gl.BindVertexArray(0);
-    r->frame_buffer =
-        view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
-    r->nearest = make_sampler(GL_NEAREST);
-    r->smooth = make_sampler(GL_LINEAR);
-    return view_gl_check("making the renderer");
-}
-
 view_renderer *view_renderer_create(void)
 {
     view_renderer *r = ibl_need(calloc(1, sizeof *r));
 
-    if (make(r))
-        return r;
-    view_renderer_free(r);
-    return NULL;
+    gl.GenSamplers(1, &r->sampler);
+    return r;
 }
 
 void view_renderer_free(view_renderer *r)
@@ -216,58 +157,7 @@ static void bind_maps(const GLuint maps[IBL_CONTENTS])
                  maps[IBL_CONTENT_LOBE_TABLE]);
 }
 
-/* ---- spheres ----------------------------------------------------------- */
-
-static double distance2(const view_sphere *p, const double eye[3])
-{
-    double sum = 0;
-
-    for (int k = 0; k < 3; k++)
-        sum += (p->centre[k] - eye[k]) * (p->centre[k] - eye[k]);
-    return sum;
-}
-
-/* From back to front: among spheres of equal radius, a farther centre is never
- * in front. Sorted by insertion, since the order hardly changes. */
-static void update_spheres(view_renderer *r, side *to, const view_settings *s)
-{
-    const view_camera camera = view_camera_of(s, r->area.width, r->area.height);
-    view_sphere spheres[MAX_SPHERES];
-    instance sorted[MAX_SPHERES];
-    int order[MAX_SPHERES];
-    const int count = view_grid(s, spheres);
-    const size_t bytes = count * sizeof *sorted;
-
-    for (int i = 0; i < count; i++) {
-        int at = i;
-        const double d = distance2(&spheres[i], camera.eye);
-        for (; at && distance2(&spheres[order[at - 1]], camera.eye) < d; at--)
-            order[at] = order[at - 1];
-        order[at] = i;
-    }
-    for (int i = 0; i < count; i++) {
-        double values[12];
-        memcpy(values, &spheres[order[i]], sizeof values);
-        for (int k = 0; k < 12; k++)
-            sorted[i].value[k] = (float)values[k];
-    }
-    if (count == to->count && !memcmp(sorted, to->sorted, bytes))
-        return;
-    view_renderer_restart(r);
-    to->count = count;
-    memcpy(to->sorted, sorted, bytes);
-    gl.BindBuffer(GL_ARRAY_BUFFER, to->buffer);
-    gl.BufferSubData(GL_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, sorted);
-}
-
 /* ---- frames ------------------------------------------------------------ */
-
-static void upload_frame(const view_renderer *r, const view_frame *f)
-{
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
-}
 
 static bool has_ground(const view_settings *s)
 {
@@ -318,9 +208,6 @@ static bool update(view_renderer *r, int i, const view_settings *state)
 
     if (has_ground(s) && !r->ground.known)
         view_ground_load(&r->ground, set_of(r, 0));
-
-    if (s->mode == VIEW_SPHERES)
-        update_spheres(r, to, s);
     if (s->mode == VIEW_MODEL) {
         view_model_place(r->model, (const double[3]){0}, 1);
         s->pose = view_model_camera(r->model, s->file_camera - 1);
@@ -337,12 +224,6 @@ static bool update(view_renderer *r, int i, const view_settings *state)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* The program of what is behind materials. */
-static GLuint *sky_of(view_renderer *r, const side *of)
-{
-    return &r->sky[2 * of->frame.shading[2] + has_ground(&of->settings)];
-}
-
 /* Whether the tone curve is all that is to display. */
 static bool is_plain(const view_renderer *r)
 {
@@ -352,101 +233,57 @@ static bool is_plain(const view_renderer *r)
            s->background != VIEW_BACKGROUND_TRANSPARENT;
 }
 
-/* Makes the programs of the frame. */
-static bool make_variants(view_renderer *r)
-{
-    const view_settings *s = &r->side[0].settings;
-    char define[64];
-
-    for (int i = 0; i < r->sides && view_shows_materials(s); i++) {
-        const side *of = &r->side[i];
-        snprintf(define, sizeof define, "#define BACKDROP %d\n%s",
-                 of->frame.shading[2],
-                 has_ground(&of->settings) ? VIEW_GROUND_DEFINE : "");
-        if (!*sky_of(r, of))
-            *sky_of(r, of) = view_program_from(view_shader_files, define,
-                                               "full.vert", "sky.frag");
-        if (!*sky_of(r, of))
-            return false;
-    }
-    snprintf(define, sizeof define, "#define TONE %d\n", (int)s->tone);
-    if (is_plain(r) && !r->tone[s->tone])
-        r->tone[s->tone] = view_program_from(view_shader_files, define,
-                                             "full.vert", "display.frag");
-    return !is_plain(r) || r->tone[s->tone];
-}
-
-static view_subject subject(view_renderer *r, const side *of)
-{
-    const bool shows_model = of->settings.mode == VIEW_MODEL;
-
-    return (view_subject){.sky = *sky_of(r, of),
-                          .instances = of->instances,
-                          .count = of->count,
-                          .programs = r->spheres,
-                          .model = shows_model ? r->model : NULL,
-                          .width = r->area.width,
-                          .height = r->area.height,
-                          .eye = of->frame.eye,
-                          .frame = r->frame_buffer,
-                          .mean = r->mean};
-}
-
 /* Draws a map. */
-static void inspect(const view_renderer *r, const side *of)
+static bool inspect(const view_renderer *r, const side *of)
 {
-    const GLuint sampler = of->settings.filter ? r->smooth : r->nearest;
     static const GLuint units[] = {VIEW_UNIT_SPECULAR, VIEW_UNIT_IRRADIANCE,
                                    VIEW_UNIT_BACKDROP};
+    const bool filter = of->settings.filter;
+    const GLuint program = view_program("", "full.vert", "inspect.frag");
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
+    if (!program)
+        return false;
+    gl.SamplerParameteri(r->sampler, GL_TEXTURE_MIN_FILTER,
+                         filter ? GL_LINEAR_MIPMAP_NEAREST
+                                : GL_NEAREST_MIPMAP_NEAREST);
+    gl.SamplerParameteri(r->sampler, GL_TEXTURE_MAG_FILTER,
+                         filter ? GL_LINEAR : GL_NEAREST);
+    view_gl_block(VIEW_BLOCK_FRAME, &of->frame, sizeof of->frame);
+    view_image_begin(&of->picture);
+    gl.Disable(GL_BLEND);
     for (int i = 0; i < 3; i++)
-        gl.BindSampler(units[i], sampler);
-    view_gl_draw_full(r->inspect);
+        gl.BindSampler(units[i], r->sampler);
+    view_gl_draw_full(program);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], 0);
-}
-
-/* Uploads the frame of the next place of a state. */
-static view_settings set_place(const view_renderer *r, int i)
-{
-    view_settings at = r->side[i].settings;
-    view_frame frame;
-
-    view_set_place(&at, r->places % view_places(&at));
-    fill_frame(r, i, &at, &frame);
-    upload_frame(r, &frame);
-    return at;
-}
-
-/* Draws one place of a state. */
-static bool draw_place(view_renderer *r, int i)
-{
-    side *of = &r->side[i];
-    const view_subject seen = subject(r, of);
-    const view_settings at = set_place(r, i);
-    const view_lighting light = {.reflection = at.reflection,
-                                 .diffuse = view_diffuse_of(&at, set_of(r, i)),
-                                 .parts = at.parts,
-                                 .rough_fresnel = at.rough_fresnel,
-                                 .override = at.override != VIEW_AS_IS};
-
-    if (at.mode == VIEW_SCENE)
-        return view_scene_draw(of->stage, &at, &of->picture);
-    if (view_shows_materials(&at))
-        return view_subject_draw(&seen, &light, &of->picture);
-    inspect(r, of);
     return true;
 }
 
-static bool draw_truth(view_renderer *r, int i)
+/* Draws the next place of a state, or samples of the reference. */
+static bool draw_place(view_renderer *r, int i)
 {
     side *of = &r->side[i];
-    const view_subject seen = subject(r, of);
+    view_settings at = of->settings;
+    view_frame frame;
+    const view_subject seen = {
+        .frame = &frame,
+        .model = at.mode == VIEW_MODEL ? r->model : NULL,
+        .light = {.reflection = at.reflection,
+                  .diffuse = view_diffuse_of(&at, set_of(r, i)),
+                  .parts = at.parts,
+                  .rough_fresnel = at.rough_fresnel,
+                  .override = at.override != VIEW_AS_IS}};
 
+    view_set_place(&at, r->places % view_places(&at));
+    fill_frame(r, i, &at, &frame);
+    if (at.mode == VIEW_SCENE)
+        return view_scene_draw(of->stage, &at, &of->picture);
+    if (!view_shows_materials(&at))
+        return inspect(r, of);
+    if (!view_wants_reference(&at))
+        return view_subject_draw(&seen, &of->picture);
     if (!of->truth)
         of->truth = view_truth_create(set_of(r, 0));
-    set_place(r, i);
     return of->truth &&
            view_truth_draw(of->truth, &of->frame, &seen, r->samples);
 }
@@ -456,23 +293,19 @@ static bool draw_side(view_renderer *r, int i)
 {
     side *of = &r->side[i];
     const int all = view_places(&of->settings);
+    const bool sampled = view_wants_reference(&of->settings);
 
+    if (r->places >= all && !sampled)
+        return true;
     bind_maps(maps_of(r, i));
     if (has_ground(&of->settings) &&
-        !view_ground_draw(&r->ground, &of->frame, r->model,
-                          r->places == 0 || r->sides > 1))
+        !view_ground_draw(&r->ground, &of->frame, r->model))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    gl.Viewport(0, 0, r->area.width, r->area.height);
-    gl.Disable(GL_BLEND);
-    if (view_wants_reference(&of->settings))
-        return draw_truth(r, i);
-    if (r->places >= all)
-        return true;
     return view_image_make(&of->picture, r->area.width, r->area.height) &&
            draw_place(r, i) &&
-           (all == 1 || view_mean_add(r->mean, &of->picture,
-                                      1 / (1 + (float)r->places), &of->mean));
+           (sampled || all == 1 ||
+            view_mean_add(&of->picture, 1 / (1 + (float)r->places), &of->mean));
 }
 
 static GLuint picture_of(const view_renderer *r, int i)
@@ -484,12 +317,18 @@ static GLuint picture_of(const view_renderer *r, int i)
                                                : of->picture.texture;
 }
 
-static void display_pass(const view_renderer *r, GLuint framebuffer, int x,
-                         int y)
+static bool display_pass(const view_renderer *r, const view_frame *f,
+                         GLuint framebuffer, int x, int y)
 {
-    const GLuint program =
-        is_plain(r) ? r->tone[r->side[0].settings.tone] : r->display;
+    char text[32];
 
+    snprintf(text, sizeof text, "#define TONE %d\n", f->show[0]);
+    const GLuint program =
+        view_program(is_plain(r) && f->show[0] >= 0 ? text : "", "full.vert",
+                     "display.frag");
+    if (!program)
+        return false;
+    view_gl_block(VIEW_BLOCK_FRAME, f, sizeof *f);
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.Viewport(x, y, r->area.width, r->area.height);
     gl.Disable(GL_BLEND);
@@ -499,6 +338,7 @@ static void display_pass(const view_renderer *r, GLuint framebuffer, int x,
     gl.UseProgram(program);
     gl.Uniform2f(gl.GetUniformLocation(program, "origin"), (float)x, (float)y);
     view_gl_draw_full(program);
+    return true;
 }
 
 bool view_renderer_draw(view_renderer *r, const view_settings state[2],
@@ -521,7 +361,6 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
     if (r->stale)
         r->places = 0;
     r->stale = false;
-    ok = ok && make_variants(r);
     for (int i = 0; i < r->sides && ok; i++) {
         if (state[i].seams)
             gl.Disable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
@@ -533,9 +372,8 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
         return false;
     }
     r->places++;
-    upload_frame(r, &r->side[0].frame);
-    display_pass(r, r->target, area->x, area->y);
-    return view_gl_check("drawing");
+    return display_pass(r, &r->side[0].frame, r->target, area->x, area->y) &&
+           view_gl_check("drawing");
 }
 
 void view_renderer_target(view_renderer *r, GLuint framebuffer)
@@ -547,8 +385,7 @@ void view_renderer_show(view_renderer *r, double ev)
 {
     r->side[0].settings.ev = ev;
     r->side[0].frame.display[0] = (float)exp2(ev);
-    upload_frame(r, &r->side[0].frame);
-    display_pass(r, r->target, r->area.x, r->area.y);
+    display_pass(r, &r->side[0].frame, r->target, r->area.x, r->area.y);
 }
 
 bool view_renderer_complete(const view_renderer *r)
@@ -584,14 +421,10 @@ bool view_renderer_linear(const view_renderer *r, float *rgb)
     view_image shown = {0};
 
     raw.show[0] = -1;
-    upload_frame(r, &raw);
-    bool ok = view_image_make(&shown, width, height);
-    if (ok) {
-        display_pass(r, shown.framebuffer, 0, 0);
-        ok = read_floats(r, shown.texture, GL_RGB, rgb);
-    }
+    const bool ok = view_image_make(&shown, width, height) &&
+                    display_pass(r, &raw, shown.framebuffer, 0, 0) &&
+                    read_floats(r, shown.texture, GL_RGB, rgb);
     view_image_free(&shown);
-    upload_frame(r, &r->side[0].frame);
     return ok;
 }
 
@@ -634,34 +467,27 @@ void view_renderer_pace(view_renderer *r, int samples)
 
 /* What each pixel shows: a sphere of the grid, an opaque material of the model,
  * of other pictures 0 where there is something; -1: nothing. */
-static bool find_shown(view_renderer *r, int *shown)
+static bool find_shown(const view_renderer *r, int *shown)
 {
-    side *of = &r->side[0];
-    const view_settings *s = &of->settings;
+    const side *of = &r->side[0];
+    const bool numbers = view_shows_materials(&of->settings);
     const size_t count = (size_t)r->area.width * (size_t)r->area.height;
-    const view_lighting number = {.parts = VIEW_PARTS_COUNT};
-    view_subject seen = subject(r, of);
-    view_image picture = {0};
-    bool ok = true;
-
-    if (s->mode == VIEW_SPHERES) {
-        view_errors_spheres(s, r->area.width, r->area.height, shown);
-        return true;
-    }
+    const view_subject seen = {
+        .frame = &of->frame,
+        .model = of->settings.mode == VIEW_MODEL ? r->model : NULL,
+        .light = {.parts = VIEW_PARTS_COUNT}};
     float *value = ibl_need(malloc(count * sizeof *value));
-    if (s->mode == VIEW_MODEL) {
-        gl.Viewport(0, 0, r->area.width, r->area.height);
-        upload_frame(r, &of->frame);
-        seen.sky = 0;
-        ok = view_image_make(&picture, r->area.width, r->area.height) &&
-             view_subject_draw(&seen, &number, &picture) &&
-             read_floats(r, picture.texture, GL_RED, value);
-        view_image_free(&picture);
-    } else {
-        ok = read_floats(r, of->picture.texture, GL_ALPHA, value);
-    }
+    view_image picture = {0};
+    const bool ok =
+        (!numbers ||
+         (view_image_make(&picture, r->area.width, r->area.height) &&
+          view_subject_draw(&seen, &picture))) &&
+        read_floats(r, numbers ? picture.texture : of->picture.texture,
+                    numbers ? GL_RED : GL_ALPHA, value);
+
+    view_image_free(&picture);
     for (size_t i = 0; i < count; i++)
-        shown[i] = s->mode == VIEW_MODEL ? (int)value[i] - 1 : -(value[i] <= 0);
+        shown[i] = numbers ? (int)value[i] - 1 : -(value[i] <= 0);
     free(value);
     return ok;
 }

@@ -87,8 +87,7 @@ struct view_truth {
     GLuint tokens, chance;   /* textures */
     const char *what;        /* what the environment is */
     const view_model *model; /* of the samples so far, or NULL */
-    view_lighting light;
-    int sampling[4]; /* of the frame */
+    int sampling[4];         /* of the frame */
     /* Sky and spheres of one pass; the means of all passes and of every second.
      */
     view_image pass, mean, second;
@@ -154,7 +153,6 @@ view_truth *view_truth_create(const baked_set *set)
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
     t->by_clock = 1;
-    t->light.reflection = VIEW_REFERENCE;
     if (load(t, set))
         return t;
     view_truth_free(t);
@@ -174,21 +172,22 @@ void view_truth_restart(view_truth *t)
 /* Adds samples, at most MOST_SAMPLES. */
 static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
 {
+    view_frame frame = *seen->frame;
+    view_subject sampled = *seen;
+
     t->sampling[0] = t->samples;
     t->sampling[1] = samples;
-    gl.BindBuffer(GL_UNIFORM_BUFFER, seen->frame);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, sampling),
-                     sizeof t->sampling, t->sampling);
-    if (!view_subject_draw(seen, &t->light, &t->pass))
+    memcpy(frame.sampling, t->sampling, sizeof t->sampling);
+    sampled.frame = &frame;
+    if (!view_subject_draw(&sampled, &t->pass))
         return false;
     t->even = t->samples && !t->even;
     t->seconds = t->samples ? t->seconds + t->even * samples : 0;
     t->samples += samples;
     const float part = (float)samples;
-    return view_mean_add(seen->mean, &t->pass, part / (float)t->samples,
-                         &t->mean) &&
-           (!t->even || view_mean_add(seen->mean, &t->pass,
-                                      part / (float)t->seconds, &t->second));
+    return view_mean_add(&t->pass, part / (float)t->samples, &t->mean) &&
+           (!t->even ||
+            view_mean_add(&t->pass, part / (float)t->seconds, &t->second));
 }
 
 bool view_truth_draw(view_truth *t, const view_frame *frame,
@@ -197,10 +196,9 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     const bool by_clock = samples == 0;
     const double start = by_clock ? ibl_now() : 0.0;
 
-    if (!view_image_make(&t->pass, seen->width, seen->height))
+    if (!view_image_make(&t->pass, (int)frame->viewport[0],
+                         (int)frame->viewport[1]))
         return false;
-    gl.Viewport(0, 0, seen->width, seen->height);
-    gl.Disable(GL_BLEND);
     if (!t->samples || t->model != seen->model ||
         memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0) {
         t->samples = 0;
@@ -208,9 +206,6 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     }
     t->model = seen->model;
     t->shown = *frame;
-    t->light.parts = (view_parts)frame->parts[0];
-    t->light.rough_fresnel = frame->parts[1];
-    t->light.override = frame->parts[2] != VIEW_AS_IS;
     if (by_clock)
         samples = t->by_clock;
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
@@ -268,21 +263,6 @@ double view_error_rmse(view_error e)
 double view_error_noise(view_error e)
 {
     return e.noise2 > 0 ? sqrt(e.noise2 / e.truth2) : 0;
-}
-
-void view_errors_spheres(const view_settings *s, int width, int height,
-                         int *shown)
-{
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const view_camera camera = view_camera_of(s, width, height);
-    const int count = view_grid(s, spheres);
-    double direction[3];
-
-    for (int i = 0; i < width * height; i++) {
-        view_camera_ray(&camera, width, height, i % width, i / width,
-                        direction);
-        shown[i] = view_grid_hit(spheres, count, camera.eye, direction, NULL);
-    }
 }
 
 void view_errors(const int *shown, int count, int width, int height,

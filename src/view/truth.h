@@ -29,8 +29,8 @@ void view_truth_restart(view_truth *t);
 /*
  * Adds samples to the picture of what is seen; begins anew if frame differs in
  * more than its display, or the subject in size or model.
- *   frame      the uniform block "Frame" at binding 0, but for the place in the
- *              pixels, which may change
+ *   frame      that of the pixels' centres; seen has that of a place in them,
+ *              which may change
  *   samples    for each pixel; 0: as many as keep a frame quick, by the clock
  * Changes program, vertex array and framebuffer; blending is off, the viewport
  * is the picture's. False, with a message.
@@ -102,10 +102,6 @@ double view_error_rmse(view_error e);
 /* The part of it that is noise; 0: unknown. */
 double view_error_noise(view_error e);
 
-/* The sphere that each pixel shows, of the grid row by row from the bottom
- * left; -1: none. Rows from the top. */
-void view_errors_spheres(const view_settings *s, int width, int height,
-                         int *shown);
 /*
  * Sums errors over what is shown. Only pixels count whose eight neighbours show
  * the same.

@@ -423,7 +423,7 @@ bool view_ui_make(double scale)
     ImGui::GetStyle().ScaleAllSizes(ui.scale);
     ImGui::GetStyle().WindowRounding = 0;
     ImGui::GetIO().IniFilename = nullptr;
-    ui.program = view_program("ui.vert", "ui.frag");
+    ui.program = view_program("", "ui.vert", "ui.frag");
     if (!ui.program)
         return false;
     ui.window = gl.GetUniformLocation(ui.program, "window");
