@@ -129,7 +129,6 @@ static bool start_bake(view_app *app, const view_request *what)
     own.path = app->baking;
     app->baker = view_baker_start(&own);
     app->baked = 0;
-    snprintf(app->stage, sizeof app->stage, "starting");
     app->redraw = true;
     return app->baker;
 }
@@ -319,7 +318,7 @@ bool view_app_tend(view_app *app)
     if (!baker)
         return true;
     app->redraw = true;
-    if (!view_baker_poll(baker, app->stage, &app->baked))
+    if (!view_baker_poll(baker, &app->baked))
         return true;
     app->baker = NULL;
     if (view_baker_finish(baker, free_slot(app)) &&

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,8 +19,7 @@
 
 enum {
     MOST_COLUMNS = 8192, /* of a map: 400 MB */
-    MOST_EDGE = 512,     /* of a cube of it */
-    STAGE_BYTES = 64
+    MOST_EDGE = 512      /* of a cube of it */
 };
 
 /* ---- harmonics ----------------------------------------------------------- */
@@ -441,13 +441,10 @@ struct view_baker {
     view_request what;
     ibl_ctx *ctx;
     pthread_t thread;
-    baked_set set; /* belongs to the thread until it is joined */
-    bool ok;       /* the same */
-
-    pthread_mutex_t lock; /* of what follows */
-    char stage[STAGE_BYTES];
-    double whole; /* the finished share */
-    bool ended;
+    baked_set set;         /* belongs to the thread until it is joined */
+    bool ok;               /* the same */
+    _Atomic(double) whole; /* the finished share */
+    atomic_bool ended;
 };
 
 static void on_progress(void *cookie, const char *stage, double done,
@@ -455,21 +452,15 @@ static void on_progress(void *cookie, const char *stage, double done,
 {
     view_baker *b = cookie;
 
+    (void)stage;
     (void)done;
-    pthread_mutex_lock(&b->lock);
-    snprintf(b->stage, sizeof b->stage, "%s", stage);
     b->whole = fmax(b->whole, whole);
-    pthread_mutex_unlock(&b->lock);
 }
 
-bool view_baker_poll(view_baker *baker, char *stage, double *done)
+bool view_baker_poll(view_baker *baker, double *done)
 {
-    pthread_mutex_lock(&baker->lock);
-    const bool ended = baker->ended;
-    memcpy(stage, baker->stage, sizeof baker->stage);
-    *done = ended ? 1 : baker->whole;
-    pthread_mutex_unlock(&baker->lock);
-    return ended;
+    *done = baker->ended ? 1 : baker->whole;
+    return baker->ended;
 }
 
 static void *run(void *cookie)
@@ -477,17 +468,8 @@ static void *run(void *cookie)
     view_baker *b = cookie;
 
     b->ok = view_set_bake(b->ctx, &b->what, &b->set);
-    pthread_mutex_lock(&b->lock);
     b->ended = true;
-    pthread_mutex_unlock(&b->lock);
     return NULL;
-}
-
-static void baker_free(view_baker *b)
-{
-    ibl_ctx_free(b->ctx);
-    pthread_mutex_destroy(&b->lock);
-    free(b);
 }
 
 view_baker *view_baker_start(const view_request *what)
@@ -495,20 +477,19 @@ view_baker *view_baker_start(const view_request *what)
     ibl_ctx_options opts = ibl_ctx_options_default();
     view_baker *b = ibl_need(calloc(1, sizeof *b));
 
-    pthread_mutex_init(&b->lock, NULL);
     opts.log = view_log;
     opts.memory = ibl_memory_allowed() / 4 * 3;
     opts.progress = on_progress;
     opts.progress_cookie = b;
     opts.bridge = ibl_bridge_beside();
     b->what = *what;
-    if (ibl_ctx_create(&opts, &b->ctx) ||
-        pthread_create(&b->thread, NULL, run, b)) {
-        view_fail("%s: no memory or no threads to bake it", what->path);
-        baker_free(b);
-        return NULL;
-    }
-    return b;
+    if (!ibl_ctx_create(&opts, &b->ctx) &&
+        !pthread_create(&b->thread, NULL, run, b))
+        return b;
+    view_fail("%s: no memory or no threads to bake it", what->path);
+    ibl_ctx_free(b->ctx);
+    free(b);
+    return NULL;
 }
 
 bool view_baker_finish(view_baker *baker, baked_set *set)
@@ -521,6 +502,7 @@ bool view_baker_finish(view_baker *baker, baked_set *set)
         *set = baker->set;
     else
         view_set_free(&baker->set);
-    baker_free(baker);
+    ibl_ctx_free(baker->ctx);
+    free(baker);
     return ok;
 }

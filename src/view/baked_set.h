@@ -96,9 +96,9 @@ typedef struct view_baker view_baker;
 
 /* What paths name must stay until the end. NULL, with a message. */
 view_baker *view_baker_start(const view_request *what);
-/* Gives the present stage and the share of the whole bake that is done, 0..1,
- * never decreasing; returns true once it has ended. stage: room for 64. */
-bool view_baker_poll(view_baker *baker, char *stage, double *done);
+/* Gives the share of the bake that is done, 0..1, never decreasing; returns
+ * true once it has ended. */
+bool view_baker_poll(view_baker *baker, double *done);
 /* Waits, moves the result into *set and frees the baker. False, with its
  * message and *set zeroed, if the bake failed. set NULL: cancels the bake;
  * false without a message. */

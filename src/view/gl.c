@@ -132,16 +132,12 @@ double view_gl_time_end(void)
 
 bool view_gl_check(const char *where)
 {
-    const GLenum first = gl.GetError();
+    const GLenum error = gl.GetError();
 
-    if (first == GL_NO_ERROR)
-        return true;
-    /* A lost context reports errors without end. */
-    for (int i = 0; i < 64 && gl.GetError() != GL_NO_ERROR; i++)
-        continue;
-    return view_fail("%s: OpenGL has %s 0x%04x", where,
-                     first == GL_OUT_OF_MEMORY ? "no memory" : "the error",
-                     first);
+    return error == GL_NO_ERROR ||
+           view_fail("%s: OpenGL has %s 0x%04x", where,
+                     error == GL_OUT_OF_MEMORY ? "no memory" : "the error",
+                     error);
 }
 
 /* ---- shaders --------------------------------------------------------------
@@ -305,23 +301,30 @@ GLuint view_upload_map(const baked_set *set)
     if (!map)
         return 0;
     const GLuint texture =
-        view_float_image(GL_RGB, map->width, map->height, map->data);
+        view_float_image(GL_RGB, map->width, map->height, 0, map->data);
     view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
     return texture;
 }
 
-GLuint view_float_image(GLenum format, int width, int height,
-                        const float *pixels)
+GLuint view_float_image(GLenum format, int width, int height, int layers,
+                        const float *texels)
 {
-    const GLint internal = format == GL_RGB ? GL_RGB32F : GL_RGBA32F;
+    const GLenum target = layers ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D;
+    const GLint internal = format == GL_RED   ? GL_R32F
+                           : format == GL_RGB ? GL_RGB32F
+                                              : GL_RGBA32F;
     GLuint texture = 0;
 
     gl.GenTextures(1, &texture);
-    gl.BindTexture(GL_TEXTURE_2D, texture);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format,
-                  GL_FLOAT, pixels);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    gl.BindTexture(target, texture);
+    if (layers)
+        gl.TexImage3D(target, 0, internal, width, height, layers, 0, format,
+                      GL_FLOAT, texels);
+    else
+        gl.TexImage2D(target, 0, internal, width, height, 0, format, GL_FLOAT,
+                      texels);
+    view_gl_filter(target, GL_NEAREST, 1);
     return texture;
 }
 
@@ -339,7 +342,7 @@ bool view_image_make(view_image *i, int width, int height)
         return true;
     view_image_free(i);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    i->texture = view_float_image(GL_RGBA, width, height, NULL);
+    i->texture = view_float_image(GL_RGBA, width, height, 0, NULL);
     gl.GenRenderbuffers(1, &i->depth);
     gl.BindRenderbuffer(GL_RENDERBUFFER, i->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width,

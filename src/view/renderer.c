@@ -312,7 +312,7 @@ static GLuint picture_of(const view_renderer *r, int i)
 {
     const side *of = &r->side[i];
 
-    return view_wants_reference(&of->settings) ? view_truth_texture(of->truth)
+    return view_wants_reference(&of->settings) ? of->truth->mean.texture
            : view_places(&of->settings) > 1    ? of->mean.texture
                                                : of->picture.texture;
 }
@@ -444,12 +444,12 @@ static const side *sampled(const view_renderer *r)
 
 int view_renderer_samples(const view_renderer *r)
 {
-    return sampled(r) ? view_truth_samples(sampled(r)->truth) : 0;
+    return sampled(r) ? sampled(r)->truth->samples : 0;
 }
 
 const char *view_renderer_environment(const view_renderer *r)
 {
-    return sampled(r) ? view_truth_environment(sampled(r)->truth) : NULL;
+    return sampled(r) ? sampled(r)->truth->environment : NULL;
 }
 
 void view_renderer_restart(view_renderer *r)
@@ -457,7 +457,7 @@ void view_renderer_restart(view_renderer *r)
     r->stale = true;
     for (int i = 0; i < 2; i++)
         if (r->side[i].truth)
-            view_truth_restart(r->side[i].truth);
+            r->side[i].truth->samples = 0;
 }
 
 void view_renderer_pace(view_renderer *r, int samples)

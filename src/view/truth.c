@@ -83,21 +83,6 @@ void view_aim_free(view_aim *aim)
 #define MOST_BY_CLOCK 64
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
-struct view_truth {
-    GLuint tokens, chance;   /* textures */
-    const char *what;        /* what the environment is */
-    const view_model *model; /* of the samples so far, or NULL */
-    int sampling[4];         /* of the frame */
-    /* Sky and spheres of one pass; the means of all passes and of every second.
-     */
-    view_image pass, mean, second;
-    view_frame shown; /* frame of the samples so far */
-    int samples;      /* in the mean; 0: it holds nothing */
-    int seconds;      /* in the mean of every second pass */
-    bool even;        /* the last pass is one of these */
-    int by_clock;     /* samples of the next frame */
-};
-
 void view_truth_free(view_truth *t)
 {
     if (!t)
@@ -110,63 +95,38 @@ void view_truth_free(view_truth *t)
     free(t);
 }
 
-static void upload_aim(view_truth *t, const view_aim *aim)
+view_truth *view_truth_create(const baked_set *set)
 {
-    view_gl_bind(VIEW_TRUTH_UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
-                  GL_RED, GL_FLOAT, aim->tokens);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-    view_gl_bind(VIEW_TRUTH_UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
-    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
-                  GL_RED, GL_FLOAT, aim->chance);
-    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_NEAREST, 1);
-    gl.ActiveTexture(GL_TEXTURE0);
-}
-
-static bool load(view_truth *t, const baked_set *set)
-{
+    view_truth *t = ibl_need(calloc(1, sizeof *t));
     ibl_cube cube;
     view_aim aim;
     int level = 0;
 
-    if (!view_set_environment(set, &cube, &t->what))
-        return false;
+    if (!view_set_environment(set, &cube, &t->environment)) {
+        free(t);
+        return NULL;
+    }
     while (level + 1 < cube.levels &&
            ibl_cube_edge(cube.size, level) > VIEW_AIM_EDGE)
         level++;
     view_aim_make(ibl_cube_edge(cube.size, level),
                   ibl_cube_face(&cube, level, 0), &aim);
     ibl_cube_free(&cube);
-    if (aim.edge)
-        upload_aim(t, &aim);
+    if (aim.edge) {
+        gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_TOKENS);
+        t->tokens =
+            view_float_image(GL_RED, VIEW_AIM_ROW, VIEW_AIM_ROW, 0, aim.tokens);
+        gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_CHANCE);
+        t->chance =
+            view_float_image(GL_RED, aim.edge, aim.edge, IBL_FACES, aim.chance);
+        gl.ActiveTexture(GL_TEXTURE0);
+    }
+    t->by_clock = 1;
     t->sampling[2] = aim.edge;
     t->sampling[3] =
         view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->baked.light_count : 0;
     view_aim_free(&aim);
-    return view_gl_check("the table of the environment's lights");
-}
-
-view_truth *view_truth_create(const baked_set *set)
-{
-    view_truth *t = ibl_need(calloc(1, sizeof *t));
-
-    gl.GenTextures(1, &t->tokens);
-    gl.GenTextures(1, &t->chance);
-    t->by_clock = 1;
-    if (load(t, set))
-        return t;
-    view_truth_free(t);
-    return NULL;
-}
-
-const char *view_truth_environment(const view_truth *t)
-{
-    return t->what;
-}
-
-void view_truth_restart(view_truth *t)
-{
-    t->samples = 0;
+    return t;
 }
 
 /* Adds samples, at most MOST_SAMPLES. */
@@ -230,16 +190,6 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
                                                     : t->by_clock;
     }
     return true;
-}
-
-GLuint view_truth_texture(const view_truth *t)
-{
-    return t->mean.texture;
-}
-
-int view_truth_samples(const view_truth *t)
-{
-    return t->samples;
 }
 
 GLuint view_truth_second(const view_truth *t, double *factor)

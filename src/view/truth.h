@@ -14,18 +14,28 @@
 #include "view/gl.h"
 #include "view/model.h"
 
-typedef struct view_truth view_truth;
-
 #define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
+
+typedef struct view_truth {
+    const char *environment; /* what it integrates, as "level 0" */
+    view_image mean; /* of all samples, composed with the sky as the split sum
+                        is */
+    int samples;     /* of each pixel so far; 0: it begins anew */
+    /* Of truth.c: */
+    GLuint tokens, chance;   /* view_aim, as textures */
+    const view_model *model; /* of the samples so far, or NULL */
+    view_frame shown;        /* the same */
+    int sampling[4];         /* of the frame */
+    view_image pass, second; /* the last; the mean of every second pass */
+    int seconds;             /* samples in that */
+    bool even;               /* the last pass is one of these */
+    int by_clock;            /* samples of the next frame */
+} view_truth;
 
 /* Makes the table of lights (view_aim) of a set, whose textures must be bound
  * when it draws. NULL, with a message. */
 view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
-/* What it integrates, as "level 0". */
-const char *view_truth_environment(const view_truth *t);
-/* Discards all samples; call it when the spheres have changed. */
-void view_truth_restart(view_truth *t);
 /*
  * Adds samples to the picture of what is seen; begins anew if frame differs in
  * more than its display, or the subject in size or model.
@@ -37,10 +47,6 @@ void view_truth_restart(view_truth *t);
  */
 bool view_truth_draw(view_truth *t, const view_frame *frame,
                      const view_subject *seen, int samples);
-/* RGBA32F: the mean of all samples, composed with the sky as the split sum is.
- * 0 before the first draw. */
-GLuint view_truth_texture(const view_truth *t);
-int view_truth_samples(const view_truth *t); /* samples of each pixel so far */
 /*
  * The mean of every second pass, for the noise of the mean of all: of N
  * independent samples, M of them in these passes, the variance of the

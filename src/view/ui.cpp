@@ -383,7 +383,7 @@ void show_progress(view_app *app)
         ImGuiCond_Always, ImVec2(0.5F, 0.5F));
     ImGui::SetNextWindowSize(ImVec2(0.5F * (float)app->width, 0));
     ImGui::Begin("progress", nullptr, ImGuiWindowFlags_NoDecoration);
-    ImGui::TextWrapped("baking %s: %s", app->baking, app->stage);
+    ImGui::TextWrapped("baking %s", app->baking);
     ImGui::ProgressBar((float)app->baked);
     ImGui::End();
 }
