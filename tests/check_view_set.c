@@ -22,44 +22,37 @@
 
 /* ---- facts --------------------------------------------------------------- */
 
-/* Of keys and sidecar that differ in one thing the keys hold; of files without
- * keys the sidecar does; without either defaults, with a line for each. */
+/* Of keys and sidecar that differ the keys hold; of files without keys the
+ * sidecar does; without either defaults, with a line for each. */
 TEST(two_accounts)
 {
-    static const char *const seds[] = {
-        "s/\"linear\"/\"filament\"/", "s/\"ggx\"/\"charlie\"/",
-        "s/\"smith\"/\"schlick-ibl\"/", "s/\"E.pi\"/\"E\"/"};
+    static const char differ[] =
+        "sed -i 's/\"linear\"/\"filament\"/; s/\"ggx\"/\"charlie\"/; "
+        "s/\"smith\"/\"schlick-ibl\"/; s/\"E.pi\"/\"E\"/' "
+        "keys/sky.json none/sky.json";
     ibl_ctx *ctx = view_test_ctx(2);
-    baked_set keys, set, side;
+    baked_set keys, set;
+    const ibl_set_file *f = set.baked.file;
+    const ibl_set_facts *chain = &f[IBL_CONTENT_SPECULAR].facts;
 
     NEED(sets_bake("keys", "--mapping linear --roughness-range 0.1:0.7"));
     NEED(sets_bake("none", "--mapping linear --format dds --levels 4"));
     sets_open(ctx, "keys", &keys);
-    NEED(file_run("cp keys/sky.json k && cp none/sky.json n"));
-    for (int i = 0; i < 4; i++) {
-        NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
-                      seds[i], seds[i]));
-        sets_open(ctx, "keys", &set);
-        sets_check_same(&set, &keys, seds[i]);
-        sets_open(ctx, "none", &side);
-        const ibl_set_file *f = side.baked.file;
-        const ibl_set_facts *chain = &f[IBL_CONTENT_SPECULAR].facts;
-        CHECK((chain->mapping == IBL_ROUGHNESS_FILAMENT) == (i == 0));
-        CHECK((chain->lobe == IBL_LOBE_CHARLIE) == (i == 1));
-        CHECK((f[IBL_CONTENT_LUT].facts.geometry == IBL_GEOMETRY_SCHLICK_IBL) ==
-              (i == 2));
-        CHECK_NEAR(f[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale,
-                   i == 3 ? 1 / M_PI : 1, 1e-15);
-    }
+    NEED(file_run("%s", differ));
+    sets_open(ctx, "keys", &set);
+    sets_check_same(&set, &keys, "keys");
+    sets_open(ctx, "none", &set);
+    CHECK(chain->mapping == IBL_ROUGHNESS_FILAMENT &&
+          chain->lobe == IBL_LOBE_CHARLIE &&
+          f[IBL_CONTENT_LUT].facts.geometry == IBL_GEOMETRY_SCHLICK_IBL);
+    CHECK_NEAR(f[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale, 1 / M_PI,
+               1e-15);
     NEED(file_run("rm keys/sky.json none/sky.json"));
-    const ibl_set_facts *chain = &set.baked.file[IBL_CONTENT_SPECULAR].facts;
     const char *said = sets_open(ctx, "keys", &set);
     CHECK(sets_lines(said) == 1 && strstr(said, "level 0 is of roughness"));
-    for (int l = 0, last = chain->levels - 1; l <= last; l++) {
-        CHECK_NEAR(chain->roughness[l], 0.1 + 0.6 * l / last, 1e-8);
+    for (int l = 0; l < chain->levels; l++)
         CHECK_NEAR(chain->roughness[l] * chain->lod_scale + chain->lod_offset,
                    l, 1e-6);
-    }
     said = sets_open(ctx, "none", &set);
     CHECK(sets_lines(said) == 3 && strstr(said, "linear mapping"));
     CHECK(chain->roughness[3] == 1 && chain->lod_scale == 3 &&
@@ -76,13 +69,8 @@ TEST(diffuse_light)
         bool map, sh;
     } cases[] = {
         {"--target three", VIEW_DIFFUSE_LAST, false, true},
-        {"--target filament", VIEW_DIFFUSE_LAST, false, true},
         {"--target bevy", VIEW_DIFFUSE_MAP, true, true},
         {"--target gltf", VIEW_DIFFUSE_SH, false, true},
-        {"--target cesium", VIEW_DIFFUSE_SH, false, true},
-        {"--target babylon-env", VIEW_DIFFUSE_SH, false, true},
-        {"--target playcanvas", VIEW_DIFFUSE_SH, false, true},
-        {"--target babylon", VIEW_DIFFUSE_MAP, true, true},
         {"--only specular,json --sh 3", VIEW_DIFFUSE_SH, false, true},
         {"--only specular,json --sh 1", VIEW_DIFFUSE_LAST, false, true},
         {"--only specular", VIEW_DIFFUSE_LAST, false, false},
@@ -91,9 +79,8 @@ TEST(diffuse_light)
     baked_set set;
 
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        NEED(file_run("rm -rf of && '%s' -q '%s' %s%s -o of",
-                      file_built("iblbake"), sets_file(), cases[i].options,
-                      strstr(cases[i].options, "play") ? "" : " --size 32"));
+        NEED(file_run("rm -rf of && '%s' -q '%s' --size 32 %s -o of",
+                      file_built("iblbake"), sets_file(), cases[i].options));
         const char *said = sets_open(ctx, "of", &set);
         CHECK_MSG(set.diffuse == cases[i].diffuse, "%s: %s", cases[i].options,
                   view_diffuse_names[set.diffuse]);
@@ -101,7 +88,7 @@ TEST(diffuse_light)
                       !view_set_lacks(&set, VIEW_DIFFUSE_SH) == cases[i].sh,
                   "%s", cases[i].options);
         CHECK(set.baked.file[IBL_CONTENT_LUT].texture.data);
-        CHECK(i < 8 || strstr(said, "has no BRDF table: made"));
+        CHECK(i < 3 || strstr(said, "has no BRDF table: made"));
     }
 }
 
@@ -218,7 +205,6 @@ TEST(kinds_and_folders)
     CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 10.hdr", 1) == 5);
     CHECK(view_folder_step(&f, VIEW_KIND_MAP, "sky.exr", 1) == 2);
     CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 2.HDR", -1) == 5);
-    CHECK(view_folder_step(&f, VIEW_KIND_MAP, "map 2.HDR", -3) == 2);
     view_folder_free(&f);
     CHECK(view_folder_step(&f, VIEW_KIND_MAP, "sky.exr", 1) == -1);
     view_test_catch();
@@ -316,20 +302,14 @@ TEST(baker)
     sets_check_same(&set, &made, "beside the window");
     CHECK(!strcmp(made.baked.source, what.path) && !made.diffuse);
     view_set_free(&made);
-    for (int i = 0; i < 3; i++) {
-        b = view_baker_start(&what);
-        pause_for(0.005 * i * i);
-        view_test_catch();
-        CHECK(!view_baker_finish(b, NULL));
-        CHECK(!*view_test_caught());
-    }
-    NEED(file_run("echo nonsense >map.hdr"));
-    for (int i = 0; i < 2; i++) {
-        const view_request no = {.path = file_path(i ? "map.hdr" : "no.hdr")};
-        view_test_catch();
-        b = view_baker_start(&no);
-        CHECK(b && !view_baker_finish(b, &set) && !set.baked.name);
-        const char *said = view_test_caught();
-        CHECK_MSG(sets_lines(said) == 1 && strstr(said, ".hdr: "), "%s", said);
-    }
+    b = view_baker_start(&what);
+    pause_for(0.005);
+    view_test_catch();
+    CHECK(!view_baker_finish(b, NULL) && !*view_test_caught());
+    const view_request no = {.path = file_path("no.hdr")};
+    view_test_catch();
+    b = view_baker_start(&no);
+    CHECK(b && !view_baker_finish(b, &set) && !set.baked.name);
+    const char *said = view_test_caught();
+    CHECK_MSG(sets_lines(said) == 1 && strstr(said, "no.hdr: "), "%s", said);
 }
