@@ -205,6 +205,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
         IBL_CONTENT_SPECULAR, IBL_CONTENT_IRRADIANCE, IBL_CONTENT_SKYBOX};
     ibl_set_options o = ibl_set_options_default();
     ibl_set_file *file = set->baked.file;
+    const ibl_set_file *chain = &file[IBL_CONTENT_SPECULAR];
 
     *set = (baked_set){.own_sky = what->sky, .layer = what->layer};
     o.file[IBL_CONTENT_IRRADIANCE] = what->irradiance;
@@ -215,28 +216,23 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
               check_kinds(what, file);
     for (int i = 0; i < 3 && ok; i++)
         ok = make_cube(ctx, file[cubes[i]].path, &file[cubes[i]].texture);
-    if (!ok) {
+    const bool has_table = ok && file[IBL_CONTENT_LUT].texture.data;
+    if (!ok || (!has_table && !fill_table(ctx, &file[IBL_CONTENT_LUT]))) {
         view_set_free(set);
         return false;
     }
     add_defaults(what, set);
     note_facts(file);
-    const ibl_set_file *chain = &file[IBL_CONTENT_SPECULAR];
     if (chain->facts.roughness[0] > 0 && !set->baked.source &&
         !file[IBL_CONTENT_SKYBOX].texture.data)
         view_note(
             "%s: its level 0 is of roughness %.3g: without the map, which "
             "--map names, reference and sky are as blurred",
             chain->path, chain->facts.roughness[0]);
-    if (file[IBL_CONTENT_LUT].texture.data)
-        return true;
-    if (!fill_table(ctx, &file[IBL_CONTENT_LUT])) {
-        view_set_free(set);
-        return false;
-    }
-    view_note("%s: has no BRDF table: made with the geometry %s",
-              set->baked.name,
-              ibl_geometry_name(file[IBL_CONTENT_LUT].facts.geometry));
+    if (!has_table)
+        view_note("%s: has no BRDF table: made with the geometry %s",
+                  set->baked.name,
+                  ibl_geometry_name(file[IBL_CONTENT_LUT].facts.geometry));
     return true;
 }
 
