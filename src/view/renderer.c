@@ -298,7 +298,8 @@ static bool draw_side(view_renderer *r, int i)
         !view_ground_draw(&r->ground, &of->frame, r->model))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    return view_image_make(&of->picture, r->area.width, r->area.height) &&
+    return (sampled ||
+            view_image_make(&of->picture, r->area.width, r->area.height)) &&
            draw_place(r, i) &&
            (sampled || all == 1 ||
             view_mean_add(&of->picture, 1 / (1 + (float)r->places), &of->mean));
@@ -491,10 +492,11 @@ static bool find_shown(const view_renderer *r, int *shown)
 int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
+    int count = s->mode == VIEW_SPHERES ? s->rows * s->columns : 1;
 
-    return s->mode == VIEW_MODEL     ? view_model_materials(r->model)
-           : s->mode == VIEW_SPHERES ? s->rows * s->columns
-                                     : 1;
+    while (s->mode == VIEW_MODEL && view_model_material(r->model, count))
+        count++;
+    return count;
 }
 
 const char *view_renderer_part(const view_renderer *r, int i)
