@@ -9,7 +9,6 @@
 
 #include "common/signals.h"
 #include "view/gl.h"
-#include "view/ground.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
