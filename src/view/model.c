@@ -460,8 +460,8 @@ static GLuint program_of(int key, const view_lighting *light)
 {
     char text[512] = "";
 
-    view_add(text, sizeof text, "#define MODEL\n#define TEXTURES %d\n", SLOTS);
-    view_add(text, sizeof text, "#define HAS %d\n", key & (HAS_MASK - 1));
+    view_add(text, sizeof text, "#define MODEL\n#define HAS %d\n",
+             key & (HAS_MASK - 1));
     for (size_t i = 0; i < sizeof features / sizeof *features; i++)
         if (key & HAS_MASK << i)
             view_add(text, sizeof text, "#define %s\n", features[i]);
@@ -475,7 +475,6 @@ static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
     const view_lighting none = {.probes = light->probes};
-    GLuint used = 0;
 
     for (int i = 0; i < m->draw_count; i++) {
         const model_draw *d = m->order[i];
@@ -491,9 +490,7 @@ static bool draw_all(view_model *m, bool blended, bool depth,
         const GLuint program = program_of(key, depth ? &none : light);
         if (!program)
             return false;
-        if (program != used)
-            gl.UseProgram(program);
-        used = program;
+        gl.UseProgram(program);
         view_gl_block(VIEW_BLOCK_MATERIAL, &material->block,
                       sizeof material->block);
         for (int slot = 0; slot < SLOTS; slot++)
