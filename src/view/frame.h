@@ -17,6 +17,10 @@ enum view_backdrop {
     VIEW_BACKDROPS
 };
 
+/* Half the width of the ground's maps, whose edges are free of the model;
+ * GROUND of shaders. */
+#define VIEW_GROUND_HALF 1.02
+
 typedef struct view_frame {
     float clip[16]; /* world to clip space, column-major */
     float eye[4];
@@ -43,7 +47,7 @@ typedef struct view_frame {
     float ranges[4];     /* of metallic over rows, of roughness over columns */
     int grid[4]; /* columns, 0: no spheres are shown; rows; 1 if the dielectric
                     has a diffuse colour */
-    float ground_light[16]; /* of view_ground: from the main light, as clip */
+    float ground_light[16]; /* from the main light, as clip */
     float ground_sun[4];    /* its irradiance / pi there */
     float ground[4]; /* height, radius, tangent of the light's radius, 1 with
                         the light */

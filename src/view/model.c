@@ -9,7 +9,6 @@
 
 #include "common/signals.h"
 #include "view/gl.h"
-#include "view/ground.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
@@ -18,13 +17,12 @@
 
 /* Textures of a material, in the order of their units and of surface.frag. */
 static const struct {
-    const char *name; /* for messages */
-    size_t at;        /* in ibl_scene_material */
-    bool colour;      /* sRGB */
+    size_t at;   /* in ibl_scene_material */
+    bool colour; /* sRGB */
 } slots[] = {
 #define SLOT(field, colour)                                                    \
     {                                                                          \
-#field, offsetof(ibl_scene_material, field##_texture), colour          \
+        offsetof(ibl_scene_material, field##_texture), colour                  \
     }
     SLOT(base_colour, true),
     SLOT(metallic_roughness, false),
@@ -42,7 +40,6 @@ static const struct {
 enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
-    SET_MAPS = 8,  /* that a program looks up besides, at most */
     /* What a program does, above the bits of the textures that it has. */
     HAS_MASK = 1 << SLOTS,
     HAS_BLEND = 2 << SLOTS,
@@ -108,8 +105,6 @@ struct view_model {
     /* Textures of images, [0] as numbers and [1] as colours. */
     GLuint *images[2];
     int part_count, material_count, draw_count, image_count, camera_count;
-    GLuint blocks; /* buffer of all blocks, block_step bytes apart */
-    GLint block_step;
     /* Of the file: the middle of its box, its height below that, the distance
      * of its farthest vertex. */
     double middle[3], below, radius;
@@ -189,7 +184,6 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
 {
     const ibl_scene_material *s = &scene->materials[i];
     model_material *to = &m->materials[i];
-    GLint left;
 
     to->blended = s->alpha_mode == IBL_SCENE_BLEND;
     to->double_sided = s->double_sided;
@@ -198,21 +192,10 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
               (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
               (s->glossy && !s->unlit ? HAS_GLOSS : 0);
     to->block = block_of(s, i);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, m->blocks);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, (GLintptr)i * m->block_step,
-                     sizeof to->block, &to->block);
-    gl.GetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &left);
-    left -= SET_MAPS;
     for (int slot = 0; slot < SLOTS; slot++) {
         const ibl_scene_texture *t = texture_at(s, slot);
         if (!wants_slot(s, slot))
             continue;
-        if (left-- <= 0) {
-            view_note("material %s: its texture \"%s\" is left out: this "
-                      "OpenGL has too few texture units",
-                      s->name, slots[slot].name);
-            continue;
-        }
         to->key |= 1 << slot;
         gl.GenSamplers(1, &to->sampler[slot]);
         const GLint filters[4][2] = {
@@ -330,14 +313,6 @@ void view_model_place(view_model *m, const double at[3], double radius)
                    at ? radius / m->radius : 1);
 }
 
-void view_model_stand(view_model *m, const double floor[3], double radius)
-{
-    const double at[3] = {floor[0], floor[1] + m->below * radius / m->radius,
-                          floor[2]};
-
-    view_model_place(m, at, radius);
-}
-
 void view_model_move(view_model *m, int draw, const double at[3], double scale)
 {
     place_draw(&m->draws[draw], (const double[3]){0}, at, scale);
@@ -398,12 +373,6 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
 
     m->material_count = scene->material_count;
     m->image_count = scene->image_count;
-    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &m->block_step);
-    m->block_step = ((int)sizeof(model_block) + m->block_step - 1) /
-                    m->block_step * m->block_step;
-    m->blocks =
-        view_gl_buffer(GL_UNIFORM_BUFFER,
-                       (size_t)m->material_count * (size_t)m->block_step, NULL);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_MODEL_UNITS);
     for (int i = 0; i < m->material_count; i++)
         m->materials[i].name = ibl_need(strdup(scene->materials[i].name));
@@ -472,7 +441,6 @@ void view_model_free(view_model *m)
         gl.DeleteTextures(m->image_count, m->images[i]);
         free(m->images[i]);
     }
-    gl.DeleteBuffers(1, &m->blocks);
     free(m->parts);
     free(m->materials);
     free(m->draws);
@@ -481,14 +449,9 @@ void view_model_free(view_model *m)
     free(m);
 }
 
-int view_model_materials(const view_model *m)
-{
-    return m->material_count;
-}
-
 const char *view_model_material(const view_model *m, int i)
 {
-    return m->materials[i].name;
+    return i < m->material_count ? m->materials[i].name : NULL;
 }
 
 /* ---- drawing ------------------------------------------------------------- */
@@ -497,8 +460,8 @@ static GLuint program_of(int key, const view_lighting *light)
 {
     char text[512] = "";
 
-    view_add(text, sizeof text, "#define MODEL\n#define TEXTURES %d\n", SLOTS);
-    view_add(text, sizeof text, "#define HAS %d\n", key & (HAS_MASK - 1));
+    view_add(text, sizeof text, "#define MODEL\n#define HAS %d\n",
+             key & (HAS_MASK - 1));
     for (size_t i = 0; i < sizeof features / sizeof *features; i++)
         if (key & HAS_MASK << i)
             view_add(text, sizeof text, "#define %s\n", features[i]);
@@ -512,7 +475,6 @@ static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
     const view_lighting none = {.probes = light->probes};
-    GLuint used = 0;
 
     for (int i = 0; i < m->draw_count; i++) {
         const model_draw *d = m->order[i];
@@ -528,12 +490,9 @@ static bool draw_all(view_model *m, bool blended, bool depth,
         const GLuint program = program_of(key, depth ? &none : light);
         if (!program)
             return false;
-        if (program != used)
-            gl.UseProgram(program);
-        used = program;
-        gl.BindBufferRange(GL_UNIFORM_BUFFER, VIEW_BLOCK_MATERIAL, m->blocks,
-                           (GLintptr)part->material * m->block_step,
-                           sizeof(model_block));
+        gl.UseProgram(program);
+        view_gl_block(VIEW_BLOCK_MATERIAL, &material->block,
+                      sizeof material->block);
         for (int slot = 0; slot < SLOTS; slot++)
             if (material->texture[slot]) {
                 view_gl_bind(VIEW_MODEL_UNITS + slot, GL_TEXTURE_2D,
@@ -586,11 +545,11 @@ bool view_model_draw(view_model *m, const view_lighting *light,
     for (GLuint i = TANGENT; i < COLOUR; i++)
         gl.VertexAttrib4f(i, 0, 0, 0, 0);
     gl.VertexAttrib4f(COLOUR, 1, 1, 1, 1);
+    gl.Disable(GL_BLEND);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     bool ok = draw_all(m, false, true, light);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     gl.DepthMask(GL_FALSE);
-    gl.Disable(GL_BLEND);
     ok = ok && draw_all(m, false, false, light);
     gl.Enable(GL_BLEND);
     ok = ok &&

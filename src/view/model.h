@@ -23,8 +23,6 @@ void view_model_free(view_model *m); /* NULL is fine */
 
 /* Moves a model: its middle and radius, or NULL: as it is in its file. */
 void view_model_place(view_model *m, const double at[3], double radius);
-/* Stands it on a floor. */
-void view_model_stand(view_model *m, const double floor[3], double radius);
 /* Moves a draw of a scene, by its index. */
 void view_model_move(view_model *m, int draw, const double at[3], double scale);
 
@@ -55,8 +53,8 @@ double view_model_floor(const view_model *m);
  * message. */
 bool view_model_depth(view_model *m);
 
-/* Names of materials, for reports: "" if the file has none. */
-int view_model_materials(const view_model *m);
+/* Names of materials, for reports: "" if the file has none; NULL: there are
+ * fewer. */
 const char *view_model_material(const view_model *m, int i);
 
 #endif

@@ -4,9 +4,9 @@
 #include "common/signals.h"
 #include "view/frame.h"
 #include "view/gl.h"
-#include "view/ground.h"
 #include "view/message.h"
 #include "view/truth.h"
+#include "view/vector.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -32,7 +32,9 @@ struct view_renderer {
     int places;                   /* drawn */
     const view_probe_set *probes; /* of the scene, or NULL */
     view_model *model;            /* that was set, or NULL */
-    view_ground ground;           /* of the model */
+    bool knows_sun;               /* whether that is of the set */
+    ibl_light sun; /* the main one; irradiance 0: there is none */
+    GLuint depth_target, depth[2]; /* of the model from it, from below */
     int samples;     /* of the reference per draw; 0: by the clock */
     GLuint backdrop; /* the map of the set, or 0 */
     bool knows_backdrop;
@@ -99,7 +101,7 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
 {
     if (!load_maps(&r->side[0], set))
         return false;
-    r->knows_backdrop = r->ground.known = false;
+    r->knows_backdrop = r->knows_sun = false;
     view_renderer_probes(r, r->probes);
     for (int i = 0; i < 2; i++) {
         view_truth_free(r->side[i].truth); /* made again on its next use */
@@ -157,12 +159,88 @@ static void bind_maps(const GLuint maps[IBL_CONTENTS])
                  maps[IBL_CONTENT_LOBE_TABLE]);
 }
 
-/* ---- frames ------------------------------------------------------------ */
+/* ---- the ground --------------------------------------------------------- */
+
+/* A round matte ground below a model, which takes its shadows: of the main
+ * light by a map of depth, and of the rest of the sky, as if that were even, by
+ * another from below, whose texels are patches that hide it. sky.frag draws it
+ * with what is behind the model: seen from above, the model is before all of
+ * it. */
+enum {
+    GROUND_EDGE = 1024 /* of the maps, which show the sphere of the model */
+};
+
+/* Finds the main light: the first that was taken out of the set, or would be
+ * out of its map, if that is at hand. */
+static void find_light(view_renderer *r, const baked_set *set)
+{
+    const ibl_image *map =
+        set->baked.light_count ? NULL : view_set_source(set, NULL);
+    ibl_ctx *ctx = NULL;
+    ibl_image copy;
+    int count = set->baked.light_count;
+
+    r->knows_sun = true;
+    r->sun = set->baked.light[0];
+    if (map && !ibl_ctx_create(NULL, &ctx) &&
+        !ibl_image_alloc(ctx, map->width, map->height, &copy)) {
+        memcpy(copy.data, map->data,
+               3 * (size_t)map->width * (size_t)map->height *
+                   sizeof *copy.data);
+        if (ibl_image_take_lights(ctx, &copy, set->baked.yaw_deg, 1, &r->sun,
+                                  &count))
+            count = 0;
+        ibl_image_free(&copy);
+    }
+    ibl_ctx_free(ctx);
+    if (!count)
+        r->sun = (ibl_light){.radius = 0};
+}
+
+/* Orthographic from far away in a unit direction: column-major, from the world
+ * to clip space. */
+static void look_from(const double d[3], float clip[16])
+{
+    const double beside[3] = {fabs(d[0]) < 0.9, fabs(d[0]) >= 0.9, 0};
+    double x[3], y[3];
+
+    cross3(beside, d, x);
+    normalise3(x);
+    cross3(d, x, y);
+    for (int k = 0; k < 4; k++) {
+        clip[4 * k] = k < 3 ? (float)(x[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 1] = k < 3 ? (float)(y[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 2] = k < 3 ? (float)(-d[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 3] = k == 3;
+    }
+}
 
 static bool has_ground(const view_settings *s)
 {
     return s->ground && s->mode == VIEW_MODEL;
 }
+
+static void fill_ground(const view_renderer *r, const view_settings *s,
+                        view_frame *f)
+{
+    /* Light that is in the maps alone is no part of these. */
+    const bool in_all =
+        s->parts == VIEW_PARTS_ALL || s->parts == VIEW_PARTS_DIFFUSE;
+    double to[3];
+
+    f->ground[0] = (float)view_model_floor(r->model);
+    f->ground[1] = 2.5F;
+    f->ground[2] = (float)tan(r->sun.radius);
+    view_turn(-s->turn, r->sun.direction, to);
+    if (to[1] <= 0 || (!in_all && !r->side[0].set->baked.light_count))
+        return;
+    for (int k = 0; k < 3; k++)
+        f->ground_sun[k] = (float)(r->sun.irradiance[k] * to[1] / M_PI);
+    f->ground[3] = 1;
+    look_from(to, f->ground_light);
+}
+
+/* ---- frames ------------------------------------------------------------ */
 
 /* Backdrop and main light are those of the first set for both. */
 static void fill_frame(const view_renderer *r, int i, const view_settings *s,
@@ -171,7 +249,7 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
     view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
     f->diffuse[3] = (float)view_set_lit_by(set_of(r, 0));
     if (has_ground(s))
-        view_ground_fill(&r->ground, s, set_of(r, 0), r->model, f);
+        fill_ground(r, s, f);
     if (!r->backdrop)
         return;
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
@@ -206,8 +284,8 @@ static bool update(view_renderer *r, int i, const view_settings *state)
     view_settings at = *state, *s = &at;
     view_frame frame;
 
-    if (has_ground(s) && !r->ground.known)
-        view_ground_load(&r->ground, set_of(r, 0));
+    if (has_ground(s) && !r->knows_sun)
+        find_light(r, set_of(r, 0));
     if (s->mode == VIEW_MODEL) {
         view_model_place(r->model, (const double[3]){0}, 1);
         s->pose = view_model_camera(r->model, s->file_camera - 1);
@@ -231,6 +309,40 @@ static bool is_plain(const view_renderer *r)
 
     return view_is_lit(s) && r->sides == 1 && !s->false_colour &&
            s->background != VIEW_BACKGROUND_TRANSPARENT;
+}
+
+/* Draws the maps of depth for a frame, and binds them. */
+static bool draw_depths(view_renderer *r, const view_frame *f)
+{
+    static const double below[3] = {0, -1, 0};
+    const bool made = r->depth[0];
+    view_frame from = *f;
+    bool ok = true;
+
+    if (!made) {
+        gl.GenFramebuffers(1, &r->depth_target);
+        gl.GenTextures(2, r->depth);
+    }
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->depth_target);
+    gl.DrawBuffer(GL_NONE);
+    gl.Viewport(0, 0, GROUND_EDGE, GROUND_EDGE);
+    for (int i = 0; i < 2 && ok; i++) {
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, r->depth[i]);
+        if (!made) {
+            gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, GROUND_EDGE,
+                          GROUND_EDGE, 0, GL_DEPTH_COMPONENT, GL_FLOAT, NULL);
+            view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+        }
+        if (i)
+            look_from(below, from.clip);
+        else
+            memcpy(from.clip, f->ground_light, sizeof from.clip);
+        view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
+        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
+                                GL_TEXTURE_2D, r->depth[i], 0);
+        ok = view_model_depth(r->model);
+    }
+    return ok;
 }
 
 /* Draws a map. */
@@ -298,11 +410,11 @@ static bool draw_side(view_renderer *r, int i)
     if (r->places >= all && !sampled)
         return true;
     bind_maps(maps_of(r, i));
-    if (has_ground(&of->settings) &&
-        !view_ground_draw(&r->ground, &of->frame, r->model))
+    if (has_ground(&of->settings) && !draw_depths(r, &of->frame))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    return view_image_make(&of->picture, r->area.width, r->area.height) &&
+    return (sampled ||
+            view_image_make(&of->picture, r->area.width, r->area.height)) &&
            draw_place(r, i) &&
            (sampled || all == 1 ||
             view_mean_add(&of->picture, 1 / (1 + (float)r->places), &of->mean));
@@ -495,10 +607,11 @@ static bool find_shown(const view_renderer *r, int *shown)
 int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
+    int count = s->mode == VIEW_SPHERES ? s->rows * s->columns : 1;
 
-    return s->mode == VIEW_MODEL     ? view_model_materials(r->model)
-           : s->mode == VIEW_SPHERES ? s->rows * s->columns
-                                     : 1;
+    while (s->mode == VIEW_MODEL && view_model_material(r->model, count))
+        count++;
+    return count;
 }
 
 const char *view_renderer_part(const view_renderer *r, int i)

@@ -109,7 +109,7 @@ layout(std140) uniform Material {
     vec4 surface_factors; // metallic, roughness, normal scale, occlusion
     vec4 specular_factors; // F0 of the dielectric, weight
     vec4 coat_factors; // clearcoat, roughness, normal scale, alpha cutoff
-    vec4 rows[2 * TEXTURES]; // of texture transforms: u, v, 1, coordinates
+    vec4 rows[2 * 10]; // of texture transforms: u, v, 1, coordinates
 };
 
 uniform sampler2D base_map, rough_map, normal_map, occlusion_map, emissive_map,
