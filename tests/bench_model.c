@@ -150,8 +150,9 @@ static view_settings settings(bench *b)
     s.pitch = asin(test_random_between(&b->random, -1, 1)) / degree;
     s.pitch = fmin(fmax(s.pitch, -89), 89);
     s.turn = test_random_between(&b->random, 0, 360);
-    s.reflection =
-        b->set.texture[VIEW_LOBES].data ? VIEW_TABLE_LOBES : VIEW_SPLIT_SUM;
+    s.reflection = b->set.baked.file[IBL_CONTENT_LOBE_TABLE].texture.data
+                       ? VIEW_TABLE_LOBES
+                       : VIEW_SPLIT_SUM;
     s.compare = VIEW_SPLIT;
     return s;
 }

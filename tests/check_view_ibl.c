@@ -208,25 +208,11 @@ static void expect(int kind, int i, double result[4])
 
 /* ---- drawing ------------------------------------------------------------- */
 
-static void end(void *unused)
-{
-    (void)unused;
-    view_image_free(&on.image);
-}
-
-static void begin(void)
-{
-    shade_begin(16, 16);
-    memset(&on, 0, sizeof on);
-    on.lobes = (ibl_lobe_table){TABLE, on.texels[0], LAYERS};
-    test_defer(end, NULL);
-}
-
 /* SPIRV-Cross names a sampler by the texture and its state. */
 static void draw(void)
 {
-    static const view_content contents[] = {VIEW_SPECULAR, VIEW_IRRADIANCE,
-                                            VIEW_LUT};
+    static const ibl_content contents[] = {
+        IBL_CONTENT_SPECULAR, IBL_CONTENT_IRRADIANCE, IBL_CONTENT_LUT};
     static const char *const names[] = {"specular", "irradiance", "brdf",
                                         "lobe", "points"};
     static const char *const forms[] = {
@@ -237,7 +223,8 @@ static void draw(void)
 
     for (int i = 0; i < 3; i++) {
         gl.ActiveTexture(GL_TEXTURE0 + (GLenum)i);
-        NEED(view_upload(&set->set.texture[contents[i]], false, "test"));
+        NEED(view_upload(&set->set.baked.file[contents[i]].texture, false,
+                         "test"));
     }
     gl.GenTextures(1, &lobes);
     view_gl_bind(LOBE, GL_TEXTURE_2D_ARRAY, lobes);
@@ -245,7 +232,7 @@ static void draw(void)
                   on.lobes.layers, 0, GL_RGBA, GL_FLOAT, on.texels);
     view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
     gl.ActiveTexture(GL_TEXTURE0 + POINTS);
-    view_float_image(GL_RGBA, COUNT, ROWS, on.points[0][0]);
+    view_float_image(GL_RGBA, COUNT, ROWS, 0, on.points[0][0]);
     NEED(view_image_make(&on.image, COUNT, 1));
     gl.UseProgram(on.program);
     for (int i = 0; i < 15; i++) {
@@ -350,46 +337,35 @@ static void random_points(int seed)
                 (float)(test_random_between(&r, -1, 1) / (1 + i) + (i == 0));
 }
 
-/* Channels 0..1; the distance is less, and 0 in the layers of one tap. */
-static void random_lobes(void)
+/* Relative above 1. */
+static void compare(void)
+{
+    double worst = 0, result[4];
+
+    for (int i = 0; i < COUNT; i++) {
+        expect(i % KINDS, i, result);
+        for (int k = 0; k < 4; k++) {
+            const double off = fabs((double)on.seen[i][k] - result[k]) /
+                               fmax(1, fabs(result[k]));
+            CHECK_MSG(off < 1e-4, "kind %d differs by %g", i % KINDS, off);
+            worst = fmax(worst, off);
+        }
+    }
+    test_measured("shader", worst, 1e-4);
+}
+
+static void differential(void)
 {
     test_random r = {9};
 
+    shade_kind(set, IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
+    /* Channels 0..1; the distance is less, and 0 in the layers of one tap. */
     for (int i = 0; i < LAYERS * TABLE * TABLE; i++)
         for (int k = 0; k < 4; k++)
             on.texels[i][k] = (float)(k < 3 ? test_random_unit(&r)
                                             : i / TABLE / TABLE / 2 *
                                                   test_random_unit(&r) / 4);
-}
-
-/* The worst of each kind; relative above 1. */
-static void compare(void)
-{
-    double worst[KINDS] = {0}, result[4];
-
-    for (int i = 0; i < COUNT; i++) {
-        const int kind = i % KINDS;
-        expect(kind, i, result);
-        for (int k = 0; k < 4; k++) {
-            const double off = fabs((double)on.seen[i][k] - result[k]) /
-                               fmax(1, fabs(result[k]));
-            worst[kind] = off <= worst[kind] ? worst[kind] : off;
-        }
-    }
-    for (int kind = 0; kind < KINDS; kind++) {
-        CHECK_MSG(worst[kind] < 1e-4, "kind %d differs by %g", kind,
-                  worst[kind]);
-        test_measured("shader", worst[kind], 1e-4);
-    }
-}
-
-static void differential(void (*language)(void))
-{
-    begin();
-    shade_kind(set, IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
-    random_lobes();
     random_points(1);
-    language();
     for (int layers = 2; layers <= LAYERS; layers += 2) {
         on.lobes.layers = layers;
         draw();
@@ -401,13 +377,11 @@ static void differential(void (*language)(void))
 
 /* Random texels, in directions of which many are at seams and poles, against
  * the lookups of the library. */
-static void flat_lookups(void (*language)(void))
+static void flat_lookups(void)
 {
-    ibl_texture *tex = &set->set.texture[VIEW_LUT];
+    ibl_texture *tex = &set->set.baked.file[IBL_CONTENT_LUT].texture;
     const ibl_texel_options as = {.pixel = IBL_PIXEL_RGBA32F};
 
-    begin();
-    language();
     for (int kind = OCTAHEDRAL; kind <= EQUIRECT; kind++) {
         test_random r = {31};
         double worst = 0;
@@ -454,22 +428,23 @@ static void flat_lookups(void (*language)(void))
     }
 }
 
+static void all(void (*language)(void))
+{
+    shade_begin(16, 16);
+    memset(&on, 0, sizeof on);
+    on.lobes = (ibl_lobe_table){TABLE, on.texels[0], LAYERS};
+    language();
+    differential();
+    flat_lookups();
+    view_image_free(&on.image);
+}
+
 TEST(glsl)
 {
-    differential(use_glsl);
+    all(use_glsl);
 }
 
 TEST(hlsl)
 {
-    differential(use_hlsl);
-}
-
-TEST(flat_maps)
-{
-    flat_lookups(use_glsl);
-}
-
-TEST(flat_maps_in_hlsl)
-{
-    flat_lookups(use_hlsl);
+    all(use_hlsl);
 }

@@ -86,13 +86,16 @@ static void begin(int edge, int levels)
     view_test_begin(16, 16);
     renderer = view_renderer_create();
     NEED(renderer);
-    set = (baked_set){
-        .lod_scale = levels - 1, .irradiance_scale = 1, .sh_degree = 2};
+    set = (baked_set){.sh_degree = 2};
+    set.baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale = levels - 1;
+    set.baked.file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale = 1;
     test_defer(end, NULL);
     for (int i = 0; i < 27; i++)
         set.sh[i] = i < 3 ? 9 : 0.25 * (i % 7);
-    name_texels(ctx, &set.texture[VIEW_SPECULAR], edge, levels, 0);
-    name_texels(ctx, &set.texture[VIEW_IRRADIANCE], edge / 2 + 1, 1, 100);
+    name_texels(ctx, &set.baked.file[IBL_CONTENT_SPECULAR].texture, edge,
+                levels, 0);
+    name_texels(ctx, &set.baked.file[IBL_CONTENT_IRRADIANCE].texture,
+                edge / 2 + 1, 1, 100);
     NEED(view_renderer_load(renderer, &set));
 }
 
@@ -148,7 +151,8 @@ static bool find_texel(const view_settings *s, int width, int height, int x,
     const view_diffuse by = view_diffuse_of(s, &set);
     const bool own = matte && by != VIEW_DIFFUSE_LAST;
     const ibl_texture *map =
-        &set.texture[own ? VIEW_IRRADIANCE : VIEW_SPECULAR];
+        &set.baked.file[own ? IBL_CONTENT_IRRADIANCE : IBL_CONTENT_SPECULAR]
+             .texture;
     double p[2];
 
     t->level = !matte && s->level < map->levels ? s->level : map->levels - 1;
@@ -360,7 +364,8 @@ TEST(lines_are_at_values)
         const double *ramp = ramps[i];
         int white = 0, blue = 0, none = 0, bad = 0;
         begin(4, 1);
-        ramp_table(view_test_ctx(1), &set.texture[VIEW_LUT], ramp);
+        ramp_table(view_test_ctx(1), &set.baked.file[IBL_CONTENT_LUT].texture,
+                   ramp);
         NEED(view_renderer_load(renderer, &set));
         draw(&s, MOST, MOST);
         for (int n = 0; n < MOST * MOST; n++) {

@@ -34,8 +34,8 @@ static struct {
     ibl_scene_primitive part[3];
     ibl_scene_material material[3];
     ibl_scene_draw draw[3];
-    ibl_scene_image image[2];
-    unsigned char texels[2][16];
+    ibl_scene_image image[3];
+    unsigned char texels[3][16];
     view_settings settings;
 } on;
 
@@ -182,8 +182,30 @@ static void layered(const ibl_scene_material *m, double wanted[3])
     }
 }
 
-/* Metallic, roughness, IOR, KHR_materials_specular and a coat, by lookups and
- * by the integral as far as its samples go; or unlit. Sheen is not drawn. */
+/* The same by textures, each in its channels, which are as factors. */
+static void move_to_textures(ibl_scene_material *m)
+{
+    const float linear = powf((128 / 255.0F + 0.055F) / 1.055F, 2.4F);
+
+    m->base_colour_texture = m->emissive_texture = m->specular_colour_texture =
+        even(1, 128, 128, 128, 255);
+    m->metallic_roughness_texture = m->specular_texture = m->clearcoat_texture =
+        m->clearcoat_roughness_texture = even(2, 200, 128, 64, 100);
+    for (int k = 0; k < 3; k++) {
+        m->base_colour[k] /= linear;
+        m->emissive[k] /= linear;
+        m->specular_colour[k] /= linear;
+    }
+    m->metallic *= 255 / 64.0F;
+    m->roughness *= 255 / 128.0F;
+    m->specular *= 255 / 100.0F;
+    m->clearcoat *= 255 / 200.0F;
+    m->clearcoat_roughness *= 255 / 128.0F;
+}
+
+/* Metallic, roughness, IOR, KHR_materials_specular and a coat, by lookups, of
+ * textures too, and by the integral as far as its samples go; or unlit. Sheen
+ * is not drawn. */
 TEST(layers)
 {
     static const struct {
@@ -217,6 +239,11 @@ TEST(layers)
             on.settings.reflection = exact ? VIEW_REFERENCE : VIEW_SPLIT_SUM;
             expect("layers", draw() + 3 * MIDDLE, wanted, exact ? 1e-2 : 1e-4);
         }
+        const ibl_scene_material kept = *m;
+        on.settings.reflection = VIEW_SPLIT_SUM;
+        move_to_textures(m);
+        expect("textures", draw() + 3 * MIDDLE, wanted, 1e-2);
+        *m = kept;
     }
     m->unlit = true;
     for (int k = 0; k < 3; k++)
@@ -224,59 +251,32 @@ TEST(layers)
     expect("unlit", draw() + 3 * MIDDLE, wanted, 1e-5);
 }
 
-/* A texture of one colour is as a factor. */
-TEST(textures_are_factors)
+/* Whatever the file says: clay, chrome and a material of the table. */
+TEST(override)
 {
-#define SLOT(name, first, channel, channels)                                   \
-    {                                                                          \
-        offsetof(ibl_scene_material, name##_texture),                          \
-            offsetof(ibl_scene_material, first), channel, channels             \
-    }
     static const struct {
-        size_t texture, factor;
-        int channel, channels; /* 3: of sRGB */
-    } slots[] = {SLOT(base_colour, base_colour, 0, 3),
-                 SLOT(metallic_roughness, metallic, 2, 1),
-                 SLOT(metallic_roughness, roughness, 1, 1),
-                 SLOT(emissive, emissive, 0, 3),
-                 SLOT(specular, specular, 3, 1),
-                 SLOT(specular_colour, specular_colour, 0, 3),
-                 SLOT(clearcoat, clearcoat, 0, 1),
-                 SLOT(clearcoat_roughness, clearcoat_roughness, 1, 1)};
-#undef SLOT
+        view_override by;
+        float base[3], roughness, metallic;
+    } cases[] = {{VIEW_CLAY, {0.5f, 0.5f, 0.5f}, 0.6f, 0},
+                 {VIEW_CHROME, {0.55f, 0.556f, 0.554f}, 0.05f, 1},
+                 {VIEW_MATERIAL, {1, 0.782f, 0.344f}, 0.3f, 1}};
+    ibl_scene_material *m = &on.material[0];
 
     begin();
-    shade_kind(&shade_sets[0], IBL_ROUGHNESS_LINEAR, MAP_SMOOTH);
-    for (size_t i = 0; i < sizeof slots / sizeof *slots; i++) {
-        float rgb[3][3]; /* plain, by factor, by texture */
-        for (int by = 0; by < 3; by++) {
-            ibl_scene_material *m = &on.material[0];
-            const double linear = pow((128 / 255.0 + 0.055) / 1.055, 2.4);
-            const int c = slots[i].channel;
-            *m = plain();
-            m->metallic = m->roughness = m->clearcoat = 0.75f;
-            m->clearcoat_roughness = 0.75f;
-            for (int k = 0; k < 3; k++)
-                m->emissive[k] = 0.5f;
-            float *factor = (float *)(void *)((char *)m + slots[i].factor);
-            for (int k = 0; by == 1 && k < slots[i].channels; k++)
-                factor[k] *=
-                    (float)(slots[i].channels == 3 ? linear : 128 / 255.0);
-            const bool all = slots[i].channels == 3;
-            if (by == 2)
-                *(ibl_scene_texture *)(void *)((char *)m + slots[i].texture) =
-                    even(0, all || c == 0 ? 128 : 255,
-                         all || c == 1 ? 128 : 255, all || c == 2 ? 128 : 255,
-                         c == 3 ? 128 : 255);
-            memcpy(rgb[by], draw() + 3 * MIDDLE, sizeof rgb[0]);
-        }
-        double off = 0, effect = 0;
-        for (int k = 0; k < 3; k++) {
-            off += fabs(rgb[2][k] - (double)rgb[1][k]);
-            effect += fabs(rgb[0][k] - (double)rgb[1][k]);
-        }
-        CHECK_MSG(effect > 1e-3 && off < 0.01 * effect,
-                  "slot %zu: off by %g of %g", i, off, effect);
+    m->base_colour_texture = even(0, 0, 255, 0, 255);
+    m->clearcoat = m->emissive[0] = 1;
+    on.settings.roughness[0] = 0.2;
+    on.settings.roughness[1] = 0.4;
+    for (int i = 0; i < 6; i++) {
+        ibl_scene_material is = plain();
+        double wanted[3];
+        m->unlit = i >= 3;
+        on.settings.override = cases[i % 3].by;
+        memcpy(is.base_colour, cases[i % 3].base, sizeof cases[0].base);
+        is.roughness = cases[i % 3].roughness;
+        is.metallic = cases[i % 3].metallic;
+        layered(&is, wanted);
+        expect("override", draw() + 3 * MIDDLE, wanted, 1e-4);
     }
 }
 
@@ -285,45 +285,60 @@ TEST(textures_are_factors)
 static const unsigned char four[16] = {255, 0, 0,   255, 0,   255, 0, 255,
                                        0,   0, 255, 255, 255, 255, 0, 0};
 
-/* A pixel in the middle of a quarter of the square: 0 upper left, 1 upper
- * right, 2 lower left, 3 lower right. */
-static const float *quarter(const float *picture, int i)
+/* Which texel the middle of each quarter of the square shows, row by row from
+ * the upper left: KHR_texture_transform turned by 90 degrees, u' = v and v' =
+ * -u, and moved by half of it, which is a texel; the second coordinates; masks;
+ * both sides, or one, of squares that are mirrored. */
+TEST(quarters)
 {
-    const int x = EDGE / 2 + (i % 2 ? 10 : -10);
-    const int y = EDGE / 2 + (i / 2 ? 10 : -10);
-
-    return picture + 3 * (y * EDGE + x);
-}
-
-static bool is(const float *rgb, int texel)
-{
-    for (int k = 0; k < 3; k++)
-        if (fabs(rgb[k] - four[4 * texel + k] / 255.0) > 1e-3)
-            return false;
-    return true;
-}
-
-/* KHR_texture_transform: turned by 90 degrees, u' = v and v' = -u; an offset of
- * a half moves by a texel; the second coordinates. */
-TEST(texture_transform)
-{
-    static const int plain_order[] = {0, 1, 2, 3}, turned[] = {2, 0, 3, 1},
-                     moved[] = {1, 0, 3, 2};
-    ibl_scene_texture *t = &on.material[0].base_colour_texture;
-    const int *orders[] = {plain_order, turned, moved, moved};
+    enum {
+        SKY = -1
+    };
+    static const struct {
+        const char *what;
+        int texel[4];
+        double rotation, offset;
+        bool second, mask, behind, both, mirrored;
+    } cases[] = {
+        {.what = "plain", .texel = {0, 1, 2, 3}},
+        {"turned", {2, 0, 3, 1}, .rotation = M_PI / 2},
+        {"moved", {1, 0, 3, 2}, .offset = 0.5},
+        {"second coordinates", {1, 0, 3, 2}, .offset = 0.5, .second = true},
+        {"mask", {0, 1, 2, SKY}, .mask = true},
+        {"back", {SKY, SKY, SKY, SKY}, .behind = true},
+        {"both sides", {1, 0, 3, 2}, .behind = true, .both = true},
+        {"mirrored", {1, 0, 3, 2}, .mirrored = true},
+        {"its back", {SKY, SKY, SKY, SKY}, .behind = true, .mirrored = true},
+        {"its sides",
+         {0, 1, 2, 3},
+         .behind = true,
+         .both = true,
+         .mirrored = true}};
+    ibl_scene_material *m = &on.material[0];
 
     begin();
-    on.material[0].unlit = true;
-    *t = image(0, four);
-    for (int i = 0; i < 4; i++) {
-        t->rotation = i == 1 ? (float)acos(0.0) : 0;
-        t->offset[0] = i >= 2 ? 0.5f : 0;
-        t->texcoord = i == 3;
-        on.part[0].texcoord[1] = on.part[0].texcoord[0];
+    m->unlit = true;
+    m->base_colour_texture = image(0, four);
+    on.part[0].texcoord[1] = on.part[0].texcoord[0];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        m->base_colour_texture.rotation = cases[i].rotation;
+        m->base_colour_texture.offset[0] = cases[i].offset;
+        m->base_colour_texture.texcoord = cases[i].second;
+        m->alpha_mode = cases[i].mask ? IBL_SCENE_MASK : IBL_SCENE_OPAQUE;
+        m->double_sided = cases[i].both;
+        on.settings.yaw = cases[i].behind ? 180 : 0;
+        on.draw[0].to_world[0] = cases[i].mirrored ? -1 : 1;
         const float *picture = draw();
-        for (int k = 0; k < 4; k++)
-            CHECK_MSG(is(quarter(picture, k), orders[i][k]),
-                      "case %d, quarter %d", i, k);
+        for (int k = 0; k < 12; k++) {
+            const int at = (EDGE / 2 + (k / 6 ? 10 : -10)) * EDGE + EDGE / 2 +
+                           (k / 3 % 2 ? 10 : -10);
+            const int texel = cases[i].texel[k / 3];
+            const double wanted = texel == SKY
+                                      ? (double)sky[k % 3]
+                                      : four[4 * texel + k % 3] / 255.0;
+            CHECK_MSG(fabs((double)picture[3 * at + k % 3] - wanted) < 1e-3,
+                      "%s: quarter %d", cases[i].what, k / 3);
+        }
     }
 }
 
@@ -372,26 +387,6 @@ TEST_SLOW(normal_maps)
 
 /* ---- what is seen -------------------------------------------------------- */
 
-TEST(mask_and_blend)
-{
-    ibl_scene_material *m = &on.material[0];
-
-    begin();
-    m->unlit = true;
-    m->base_colour_texture = image(0, four);
-    m->alpha_mode = IBL_SCENE_MASK;
-    const float *picture = draw();
-    for (int i = 0; i < 3; i++)
-        CHECK(is(quarter(picture, i), i));
-    expect("masked", quarter(picture, 3), (const double[]){1, 1, 1}, 1e-6);
-
-    m->alpha_mode = IBL_SCENE_BLEND;
-    m->base_colour[3] = 0.25f;
-    picture = draw();
-    expect("blended", quarter(picture, 1),
-           (const double[]){0.75, 0.75 + 0.25 / 0.5, 0.75}, 1e-6);
-}
-
 /* Three squares in the wrong order: an opaque one between two that are seen
  * through, of which the one behind cannot be seen, and these two alone, the
  * farther one first. From behind it is the other. */
@@ -420,52 +415,7 @@ TEST(order)
     }
 }
 
-/* One side only, unless the file says otherwise; mirrored, too. */
-TEST(sides)
-{
-    begin();
-    on.material[0].unlit = true;
-    memset(on.material[0].base_colour, 0, 3 * sizeof(float));
-    for (int i = 0; i < 8; i++) {
-        const bool behind = i & 1, both = i & 2;
-        on.settings.yaw = behind ? 180 : 0;
-        on.material[0].double_sided = both;
-        on.draw[0].to_world[0] = i & 4 ? -1 : 1;
-        CHECK((draw()[3 * MIDDLE] == 0) == (!behind || both));
-    }
-}
-
-/* ---- overridden, on the ground, by a file's camera ------------------------
- */
-
-/* Whatever the file says: clay, chrome and a material of the table. */
-TEST(override)
-{
-    static const struct {
-        view_override by;
-        float base[3], roughness, metallic;
-    } cases[] = {{VIEW_CLAY, {0.5f, 0.5f, 0.5f}, 0.6f, 0},
-                 {VIEW_CHROME, {0.55f, 0.556f, 0.554f}, 0.05f, 1},
-                 {VIEW_MATERIAL, {1, 0.782f, 0.344f}, 0.3f, 1}};
-    ibl_scene_material *m = &on.material[0];
-
-    begin();
-    m->base_colour_texture = image(0, four);
-    m->clearcoat = m->emissive[0] = 1;
-    on.settings.roughness[0] = 0.2;
-    on.settings.roughness[1] = 0.4;
-    for (int i = 0; i < 6; i++) {
-        ibl_scene_material is = plain();
-        double wanted[3];
-        m->unlit = i >= 3;
-        on.settings.override = cases[i % 3].by;
-        memcpy(is.base_colour, cases[i % 3].base, sizeof cases[0].base);
-        is.roughness = cases[i % 3].roughness;
-        is.metallic = cases[i % 3].metallic;
-        layered(&is, wanted);
-        expect("override", draw() + 3 * MIDDLE, wanted, 1e-4);
-    }
-}
+/* ---- on the ground, by a file's camera ----------------------------------- */
 
 /* The ball stands on the ground, which is half as bright as a white light. In
  * the dark rays to a light tell what is lit by it; under an even sky the form
@@ -485,10 +435,10 @@ TEST(ground)
     const view_camera c = view_camera_of(&on.settings, EDGE, EDGE);
     for (int sun = 0; sun < 2; sun++) {
         shade_constant(set, (const float[]){!sun, !sun, !sun});
-        set->set.light_count = sun;
-        set->set.light[0] =
+        set->set.baked.light_count = sun;
+        set->set.baked.light[0] =
             (ibl_light){.radius = 0.01, .irradiance = {M_PI, M_PI, M_PI}};
-        view_turn(on.settings.turn, to, set->set.light[0].direction);
+        view_turn(on.settings.turn, to, set->set.baked.light[0].direction);
         const float *rgb = draw_of(shade_ball());
         for (int i = 0; i < EDGE * EDGE; i++) {
             double d[3], p[3], off[3], near[3];

@@ -242,9 +242,10 @@ TEST(frame)
 {
     static view_frame f[2];
     view_settings s = view_settings_default();
-    baked_set set = {.lod_scale = 5, .sh_degree = 1};
+    baked_set set = {.sh_degree = 1};
 
-    set.texture[VIEW_SPECULAR] = (ibl_texture){
+    set.baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale = 5;
+    set.baked.file[IBL_CONTENT_SPECULAR].texture = (ibl_texture){
         .width = 64, .height = 64, .levels = 6, .layers = 1, .faces = 6};
     s.light_count = 1;
     for (int i = 0; i < 2; i++) {

@@ -53,7 +53,7 @@ static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     memset(&on, 0, sizeof on);
-    on.display = view_program("full.vert", "display.frag");
+    on.display = view_program("", "full.vert", "display.frag");
     NEED(on.display);
     test_defer(end, NULL);
     gl.GenBuffers(1, &on.uniforms);
@@ -77,7 +77,7 @@ static void draw(void)
                    sizeof flipped[0]);
         gl.ActiveTexture(GL_TEXTURE0 +
                          (i ? VIEW_UNIT_OTHER : VIEW_UNIT_PICTURE));
-        view_float_image(GL_RGBA, WIDTH, HEIGHT, flipped[0][0]);
+        view_float_image(GL_RGBA, WIDTH, HEIGHT, 0, flipped[0][0]);
     }
     gl.BindBuffer(GL_UNIFORM_BUFFER, on.uniforms);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof on.frame, &on.frame,

@@ -89,12 +89,12 @@ static void use_map(double yaw)
     const char *path = file_path("map.exr");
 
     NEED(file_save_exr(path, &on.map, NULL));
-    free(on.set.source);
+    free(on.set.baked.source);
     ibl_image_free(&on.set.map); /* it is read anew */
     on.set.map_why = NULL;
-    on.set.source = strdup(path);
-    on.set.source_read = ibl_read_options_default();
-    on.set.source_yaw = yaw;
+    on.set.baked.source = strdup(path);
+    on.set.baked.read = ibl_read_options_default();
+    on.set.baked.yaw_deg = yaw;
     NEED(view_renderer_load(on.renderer, &on.set));
 }
 
@@ -133,10 +133,12 @@ static void expected(const ibl_reference *ref, const shade_pixel *p,
 
     view_turn(on.side[0].turn, p->normal, n);
     view_turn(on.side[0].turn, p->view, v);
-    NEED(!ibl_reference_brdf(ref, on.set.geometry, &ball->roughness, 1, n, v, 1,
-                             all) &&
+    NEED(!ibl_reference_brdf(ref,
+                             on.set.baked.file[IBL_CONTENT_LUT].facts.geometry,
+                             &ball->roughness, 1, n, v, 1, all) &&
          !ibl_reference_irradiance(ref, n, 1, light.irradiance) &&
-         !ibl_reference_lut(on.ctx, p->n_v, ball->roughness, on.set.geometry,
+         !ibl_reference_lut(on.ctx, p->n_v, ball->roughness,
+                            on.set.baked.file[IBL_CONTENT_LUT].facts.geometry,
                             light.table));
     shade_split_sum(&on.side[0], ball, &light, rgb);
     for (int k = 0; k < 3; k++)
@@ -192,7 +194,8 @@ TEST_SLOW(integrals)
         on.side[0].turn = i ? 217.0 : 37.0;
         on.side[0].pitch = i ? -25.0 : 25.0;
         on.side[0].multiscatter = i == 1;
-        on.set.geometry = i < 2 ? IBL_GEOMETRY_SMITH : IBL_GEOMETRY_SCHLICK_IBL;
+        on.set.baked.file[IBL_CONTENT_LUT].facts.geometry =
+            i < 2 ? IBL_GEOMETRY_SMITH : IBL_GEOMETRY_SCHLICK_IBL;
         compare(-70.0 * i);
     }
 }
@@ -239,8 +242,8 @@ TEST(point_lights)
     on.side[0].light_count = 2;
     on.side[0].light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
     on.side[0].light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
-    on.set.light_count = 1;
-    on.set.light[0] = (ibl_light){
+    on.set.baked.light_count = 1;
+    on.set.baked.light[0] = (ibl_light){
         .direction = {0, 0.6, 0.8}, .radius = 0.02, .irradiance = {3, 2, 1}};
     as_looked_up(1, 1e-5);
     on.side[0].parts = VIEW_PARTS_DIRECT;
@@ -301,23 +304,20 @@ TEST(one_by_one)
 TEST(restart)
 {
     begin(false, 2, 2);
-    for (int i = 0; i < 9; i++) {
+    for (int i = 0; i < 6; i++) {
         const view_settings old = on.side[0];
         view_settings *s = &on.side[0];
         view_renderer_load(on.renderer, &on.set);
         add(4);
         s->ev += i == 0;
-        s->tone = i == 1 ? VIEW_TONE_REINHARD : s->tone;
-        s->split -= 0.25 * (i == 2);
-        s->diffuse = i == 3 ? VIEW_DIFFUSE_SH : s->diffuse;
-        s->yaw += 10 * (i == 4);
-        s->multiscatter ^= i == 5;
-        s->parts = i == 6 ? VIEW_PARTS_DIFFUSE : s->parts;
-        s->roughness[0] += 0.5 * (i == 7);
-        s->rows -= i == 8;
+        s->diffuse = i == 1 ? VIEW_DIFFUSE_SH : s->diffuse;
+        s->yaw += 10 * (i == 2);
+        s->multiscatter ^= i == 3;
+        s->roughness[0] += 0.5 * (i == 4);
+        s->rows -= i == 5;
         add(4);
         on.side[0] = old;
-        CHECK_MSG(view_renderer_samples(on.renderer) == (i < 4 ? 8 : 4), "%d",
+        CHECK_MSG(view_renderer_samples(on.renderer) == (i < 2 ? 8 : 4), "%d",
                   i);
     }
 }
@@ -354,49 +354,42 @@ TEST(by_the_clock)
 
 /* ---- what it integrates -------------------------------------------------- */
 
-/* A chain of rough levels alone with a skybox: that is the environment. One
- * with the environment in it has no need of a skybox, which may be another. */
-TEST(skybox)
+/* The map, if it is at hand; else, with a note where it is another, level 0, or
+ * of rough levels the skybox; and nothing where that is clipped. */
+TEST(environments)
 {
     baked_set rough;
+    ibl_set_file *file = on.set.baked.file, *of = rough.baked.file;
 
-    begin(false, 1, 2);
-    on.side[0].background = VIEW_BACKGROUND_COLOUR;
-    const float *whole = add(8);
-    bake(0.4, &rough);
-    CHECK(rough.roughness[0] > 0.3 && !rough.texture[VIEW_SKY].data);
-    on.set.texture[VIEW_SKY] = rough.texture[VIEW_SPECULAR];
-    CHECK(view_renderer_load(on.renderer, &on.set));
-    CHECK(apart(add(8), whole) < 1e-4);
-    on.set.texture[VIEW_SKY] = (ibl_texture){0};
-    rough.texture[VIEW_SKY] = on.set.texture[VIEW_SPECULAR];
-    on.set.texture[VIEW_SPECULAR] = (ibl_texture){0};
-    CHECK(view_renderer_load(on.renderer, &rough));
-    CHECK(apart(add(8), whole) < 1e-4);
-    view_set_free(&rough);
-}
-
-/* The map, if it is at hand, or level 0, with a note where it is another, and
- * nothing where that is clipped. */
-TEST(map)
-{
     begin(false, 1, 1);
-    const float *level0 = add(1);
+    on.side[0].background = VIEW_BACKGROUND_COLOUR;
+    const float *level0 = add(8);
     use_map(0);
     add(1);
-    CHECK(view_renderer_environment(on.renderer) == on.set.source);
+    CHECK(view_renderer_environment(on.renderer) == on.set.baked.source);
     ibl_image_free(&on.set.map);
     on.set.map_why = NULL; /* it is read again */
-    strcpy(on.set.source_hash, "0123456789abcdef0123456789abcdef");
+    strcpy(on.set.baked.source_hash, "0123456789abcdef0123456789abcdef");
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));
-    CHECK(apart(add(1), level0) < 1e-5);
+    CHECK(apart(add(8), level0) < 1e-5);
     CHECK(strstr(view_test_caught(), "map.exr: cannot be read again"));
     CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
+    /* Level 0 of one is the skybox of the other: that of the first is not the
+     * environment. */
+    bake(0.4, &rough);
+    for (int i = 0; i < 2; i++) {
+        ibl_texture *to = &(i ? of : file)[IBL_CONTENT_SKYBOX].texture;
+        *to = (i ? file : of)[IBL_CONTENT_SPECULAR].texture;
+        NEED(view_renderer_load(on.renderer, i ? &rough : &on.set));
+        CHECK(apart(add(8), level0) < 1e-4);
+        *to = (ibl_texture){0};
+    }
+    view_set_free(&rough);
 
     shade_constant(shade_sets, (const float[]){65504, 65504, 65504});
     shade_pack(shade_sets, IBL_PIXEL_RGBA16F, IBL_PIXEL_RG32F);
-    shade_sets->set.pixel[VIEW_SPECULAR] = IBL_PIXEL_RGBA16F;
+    shade_sets->set.baked.file[IBL_CONTENT_SPECULAR].pixel = IBL_PIXEL_RGBA16F;
     NEED(view_renderer_load(on.renderer, &shade_sets->set));
     view_test_catch();
     CHECK(!shade_frame(on.side));
@@ -410,35 +403,36 @@ TEST(map)
  * the first faces together there are the nearest whole number. */
 TEST(chances)
 {
-    const int edge = 19, count = 6 * edge * edge;
-    double *light = test_alloc((size_t)count, sizeof *light);
-    double all = 0, mean = 0, before = 0;
-    int *tokens = test_alloc((size_t)count, sizeof *tokens), given = 0;
+    enum {
+        EDGE = 19,
+        COUNT = IBL_FACES * EDGE * EDGE
+    };
+    static float rgb[COUNT][3];
+    static double angle[COUNT];
+    static int tokens[COUNT];
+    double all = 0, mean = 0, due = 0;
+    int given = 0;
     test_random random = {3};
-    float(*rgb)[3] = test_alloc((size_t)count, sizeof *rgb);
     view_aim aim;
 
-    for (int i = 0; i < 2 * count; i++) {
-        const int at = i % count;
-        const double angle =
-            ibl_cube_solid_angle(edge, at % edge, at / edge % edge);
-        if (i < count) {
-            rgb[at][0] = (float)pow(test_random_unit(&random), 4);
-            mean += (double)rgb[at][0] * angle / (4 * M_PI);
-        } else
-            all += light[at] = fmax((double)rgb[at][0] - mean, 0) * angle;
+    for (int i = 0; i < COUNT; i++) {
+        angle[i] = ibl_cube_solid_angle(EDGE, i % EDGE, i / EDGE % EDGE);
+        rgb[i][i % 3] = (float)pow(test_random_unit(&random), 4);
+        mean += (double)rgb[i][i % 3] * angle[i] / (4 * M_PI);
     }
-    view_aim_make(edge, *rgb, &aim);
-    NEED(aim.edge == edge);
+    for (int i = 0; i < COUNT; i++)
+        all += angle[i] *= fmax((double)rgb[i][i % 3] - mean, 0);
+    view_aim_make(EDGE, *rgb, &aim);
+    NEED(aim.edge == EDGE);
     for (int i = 0; i < VIEW_AIM_TOKENS; i++)
         tokens[(int)aim.tokens[i]]++;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < COUNT; i++) {
         CHECK((double)aim.chance[i] * VIEW_AIM_TOKENS == tokens[i]);
-        CHECK_NEAR(tokens[i], light[i] / all * VIEW_AIM_TOKENS, 1.01);
-        before += light[i] / all * VIEW_AIM_TOKENS;
+        CHECK_NEAR(tokens[i], angle[i] / all * VIEW_AIM_TOKENS, 1.01);
+        due += angle[i] / all * VIEW_AIM_TOKENS;
         given += tokens[i];
-        if ((i + 1) % (count / 6) == 0)
-            CHECK_NEAR(given, before, 0.55);
+        if ((i + 1) % (EDGE * EDGE) == 0)
+            CHECK_NEAR(given, due, 0.55);
     }
     view_aim_free(&aim);
 }
@@ -446,39 +440,32 @@ TEST(chances)
 /* ---- errors ----------------------------------------------------------------
  */
 
-/* A picture of f times the truth is off by |f - 1|; each sphere has its f. The
- * outline, what is around it and at the picture's edges have no part. */
+/* A picture of f times the truth is off by |f - 1|; each part of it has its f.
+ * What is at the border of a part, or of the picture, does not count. */
 TEST(known_errors)
 {
     enum {
-        WIDTH = 120,
-        HEIGHT = 90
+        EDGE = 24
     };
-    static float truth[3 * WIDTH * HEIGHT], picture[3 * WIDTH * HEIGHT];
-    static int shown[WIDTH * HEIGHT];
+    float truth[3 * EDGE * EDGE], picture[3 * EDGE * EDGE];
+    int shown[EDGE * EDGE];
     const float *pictures[4] = {picture, truth, NULL, NULL};
-    view_settings s = view_settings_default();
     view_error errors[6];
 
-    s.rows = 2;
-    s.columns = 3;
-    s.distance = 4; /* spheres go on beyond the picture */
-    view_errors_spheres(&s, WIDTH, HEIGHT, shown);
-    for (int i = 0; i < WIDTH * HEIGHT; i++) {
-        const int x = i % WIDTH, y = i / WIDTH;
-        bool inside = x && y && x < WIDTH - 1 && y < HEIGHT - 1;
-        for (int k = 0; k < 9 && inside; k++)
-            inside = shown[i] >= 0 &&
-                     shown[i + (k / 3 - 1) * WIDTH + k % 3 - 1] == shown[i];
+    for (int i = 0; i < EDGE * EDGE; i++) {
+        const int x = i % EDGE, y = i / EDGE;
+        /* Three by two parts of eight by twelve pixels. */
+        const bool inside = x % 8 && x % 8 < 7 && y % 12 && y % 12 < 11;
+        shown[i] = 3 * (y / 12) + x / 8;
         for (int k = 3 * i; k < 3 * i + 3; k++) {
             truth[k] = (float)(1 + i % 7);
             picture[k] =
                 inside ? truth[k] * (1 + 0.25F * (float)(shown[i] - 2)) : 1e6F;
         }
     }
-    view_errors(shown, 6, WIDTH, HEIGHT, pictures, errors);
+    view_errors(shown, 6, EDGE, EDGE, pictures, errors);
     for (int i = 0; i < 6; i++) {
-        CHECK(errors[i].pixels > 50);
+        CHECK(errors[i].pixels == 6 * 10);
         CHECK_NEAR(view_error_rmse(errors[i]), fabs(0.25 * (i - 2)), 1e-6);
     }
     CHECK(view_error_rmse((view_error){0}) == -1);

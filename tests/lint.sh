@@ -64,7 +64,8 @@ for f in $shaders; do
             take(file)
         }' >"$build/glsl/${f##*/}"
 done
-programs=$(sed -n 's/.*view_program("\(.*\)", "\(.*\)").*/\1 \2/p' src/view/*.c)
+programs=$(sed -n \
+    's/.*view_program("[^"]*", "\(.*\)", "\(.*\)").*/\1 \2/p' src/view/*.c*)
 [ -n "$programs" ] || complain 'no shader programs are found'
 while read -r vertex fragment; do
     glslangValidator -l "$build/glsl/$vertex" "$build/glsl/$fragment" \

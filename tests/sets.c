@@ -41,7 +41,7 @@ bool sets_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
 {
     const ibl_environment env = {.image = map};
 
-    *set = (baked_set){.name = strdup(name)};
+    *set = (baked_set){.baked.name = strdup(name)};
     return view_set_bake_environment(ctx, &env, opts, set);
 }
 
@@ -118,22 +118,29 @@ int sets_lines(const char *text)
 
 void sets_check_same(const baked_set *a, const baked_set *b, const char *what)
 {
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const ibl_texture *s = &a->texture[i], *t = &b->texture[i];
+    const ibl_set_facts *p = &a->baked.file[IBL_CONTENT_SPECULAR].facts;
+    const ibl_set_facts *q = &b->baked.file[IBL_CONTENT_SPECULAR].facts;
+
+    for (int i = 0; i < IBL_CONTENTS; i++) {
+        const ibl_set_file *f = &a->baked.file[i], *g = &b->baked.file[i];
+        const ibl_texture *s = &f->texture, *t = &g->texture;
         CHECK_MSG(s->pixel == t->pixel && s->width == t->width &&
                       s->levels == t->levels && s->bytes == t->bytes &&
                       (!s->bytes || !memcmp(s->data, t->data, s->bytes)),
                   "%s: texture %d is another", what, i);
+        CHECK_MSG(f->facts.geometry == g->facts.geometry &&
+                      (i != IBL_CONTENT_IRRADIANCE ||
+                       f->facts.irradiance_scale == g->facts.irradiance_scale),
+                  "%s: facts of %d differ", what, i);
     }
-    CHECK_MSG(!strcmp(a->name, b->name) && a->mapping == b->mapping &&
-                  a->lobe == b->lobe && a->geometry == b->geometry &&
-                  a->irradiance_scale == b->irradiance_scale &&
-                  a->sh_degree == b->sh_degree,
+    CHECK_MSG(!strcmp(a->baked.name, b->baked.name) &&
+                  p->mapping == q->mapping && p->lobe == q->lobe &&
+                  p->levels == q->levels && a->sh_degree == b->sh_degree,
               "%s: facts differ", what);
-    CHECK_NEAR(a->lod_scale, b->lod_scale, 1e-7);
-    CHECK_NEAR(a->lod_offset, b->lod_offset, 1e-7);
-    for (int l = 0; l < a->texture[VIEW_SPECULAR].levels; l++)
-        CHECK_NEAR(a->roughness[l], b->roughness[l], 1e-8);
+    CHECK_NEAR(p->lod_scale, q->lod_scale, 1e-7);
+    CHECK_NEAR(p->lod_offset, q->lod_offset, 1e-7);
+    for (int l = 0; l < p->levels; l++)
+        CHECK_NEAR(p->roughness[l], q->roughness[l], 1e-8);
     for (int i = 0; i < 3 * (a->sh_degree + 1) * (a->sh_degree + 1); i++)
         CHECK_NEAR(a->sh[i], b->sh[i], 1e-12);
 }

@@ -24,8 +24,8 @@ static void need(bool ok, const char *what)
 
 static void free_set(shade_set *s)
 {
-    for (int i = 0; i < VIEW_CONTENTS; i++)
-        ibl_texture_free(&s->set.texture[i]);
+    for (int i = 0; i < IBL_CONTENTS; i++)
+        ibl_texture_free(&s->set.baked.file[i].texture);
     ibl_image_free(&s->set.map);
     ibl_cube_free(&s->specular);
     ibl_cube_free(&s->irradiance);
@@ -66,18 +66,20 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
 {
     const ibl_texel_options as = {.pixel = cubes,
                                   .overflow = IBL_OVERFLOW_SPREAD};
-    ibl_texture *t = s->set.texture;
+    ibl_set_file *f = s->set.baked.file;
 
-    for (int i = 0; i < VIEW_CONTENTS; i++)
-        ibl_texture_free(&t[i]);
+    for (int i = 0; i < IBL_CONTENTS; i++)
+        ibl_texture_free(&f[i].texture);
     need(!ibl_texture_from_cube(shade_ctx(), &s->specular, &as,
-                                &t[VIEW_SPECULAR], NULL) &&
+                                &f[IBL_CONTENT_SPECULAR].texture, NULL) &&
              !ibl_texture_from_cube(shade_ctx(), &s->irradiance, &as,
-                                    &t[VIEW_IRRADIANCE], NULL) &&
-             !ibl_texture_unblock(shade_ctx(), &t[VIEW_SPECULAR]) &&
-             !ibl_texture_unblock(shade_ctx(), &t[VIEW_IRRADIANCE]) &&
-             !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
-                                   NULL),
+                                    &f[IBL_CONTENT_IRRADIANCE].texture, NULL) &&
+             !ibl_texture_unblock(shade_ctx(),
+                                  &f[IBL_CONTENT_SPECULAR].texture) &&
+             !ibl_texture_unblock(shade_ctx(),
+                                  &f[IBL_CONTENT_IRRADIANCE].texture) &&
+             !ibl_texture_from_lut(shade_ctx(), &s->lut, lut,
+                                   &f[IBL_CONTENT_LUT].texture, NULL),
          "textures");
 }
 
@@ -86,7 +88,8 @@ static void begin_set(shade_set *s)
     static char name[] = "test";
 
     free_set(s);
-    *s = (shade_set){.set = {.name = name, .irradiance_scale = 1}};
+    *s = (shade_set){.set.baked.name = name};
+    s->set.baked.file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale = 1;
     need(!ibl_bake_lut(shade_ctx(), &(ibl_lut_options){.size = SHADE_TABLE},
                        &s->lut),
          "table");
@@ -94,7 +97,8 @@ static void begin_set(shade_set *s)
 
 static void end_set(shade_set *s)
 {
-    s->set.lod_scale = s->specular.levels - 1;
+    s->set.baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale =
+        s->specular.levels - 1;
     shade_pack(s, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
 }
 
@@ -135,7 +139,7 @@ void shade_bake(shade_set *s, const ibl_image *map,
     for (int l = 0; l <= VIEW_SH_DEGREE; l++)
         for (int k = 3 * l * l; k < 3 * (l + 1) * (l + 1); k++)
             s->set.sh[k] *= ibl_sh_cosine(l);
-    s->set.mapping = opts->mapping;
+    s->set.baked.file[IBL_CONTENT_SPECULAR].facts.mapping = opts->mapping;
     end_set(s);
 }
 
@@ -277,9 +281,12 @@ void shade_see(const ibl_cube *specular, const shade_lobe *q, const double n[3],
 
 double shade_level(const baked_set *set, double r)
 {
-    return (set->mapping == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r) *
-               set->lod_scale +
-           set->lod_offset;
+    return (set->baked.file[IBL_CONTENT_SPECULAR].facts.mapping ==
+                    IBL_ROUGHNESS_FILAMENT
+                ? r * (2 - r)
+                : r) *
+               set->baked.file[IBL_CONTENT_SPECULAR].facts.lod_scale +
+           set->baked.file[IBL_CONTENT_SPECULAR].facts.lod_offset;
 }
 
 void shade_irradiance(const shade_set *s, view_diffuse by, const double n[3],
@@ -291,7 +298,10 @@ void shade_irradiance(const shade_set *s, view_diffuse by, const double n[3],
     }
     ibl_lookup_chain(&s->irradiance, n, 0, rgb);
     for (int k = 0; k < 3; k++)
-        rgb[k] *= by == VIEW_DIFFUSE_SH ? 0 : s->set.irradiance_scale;
+        rgb[k] *= by == VIEW_DIFFUSE_SH
+                      ? 0
+                      : s->set.baked.file[IBL_CONTENT_IRRADIANCE]
+                            .facts.irradiance_scale;
     for (int l = 0; l <= s->set.sh_degree && by == VIEW_DIFFUSE_SH; l++)
         for (int i = 3 * l * l; i < 3 * (l + 1) * (l + 1); i++)
             rgb[i % 3] += s->set.sh[i] * truth_sh(l, i / 3 - l * l - l, n);

@@ -46,7 +46,8 @@ void view_app_fit(view_app *app)
 {
     if (!app->set)
         return;
-    const int levels = app->set->texture[VIEW_SPECULAR].levels;
+    const int levels =
+        app->set->baked.file[IBL_CONTENT_SPECULAR].texture.levels;
 
     for (int i = 0; i < 2; i++) {
         view_settings *s = &app->side[i];
@@ -54,7 +55,7 @@ void view_app_fit(view_app *app)
             s->mode = VIEW_SPHERES;
             view_app_notice(app, "there is no model: open a .gltf or .glb");
         }
-        if (!app->set->path[VIEW_SPECULAR]) /* a map's */
+        if (!app->set->baked.file[IBL_CONTENT_SPECULAR].path) /* a map's */
             s->layer = 0;
         if (s->level >= levels)
             s->level = levels - 1;
@@ -65,7 +66,7 @@ void view_app_fit(view_app *app)
             s->diffuse = VIEW_DIFFUSE_AUTO;
             view_app_notice(app, "there %s", lacks);
         }
-        if (!app->set->texture[VIEW_LOBES].data &&
+        if (!app->set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data &&
             view_needs_lobes(s->reflection)) {
             s->reflection = VIEW_SPLIT_SUM;
             view_app_notice(app, "there is no table of lobes: iblbake "
@@ -122,7 +123,6 @@ static bool start_bake(view_app *app, const view_request *what)
     own.path = app->baking;
     app->baker = view_baker_start(&own);
     app->baked = 0;
-    snprintf(app->stage, sizeof app->stage, "starting");
     return app->baker;
 }
 
@@ -303,7 +303,7 @@ bool view_app_tend(view_app *app)
     if (!baker)
         return true;
     app->redraw = true;
-    if (!view_baker_poll(baker, app->stage, &app->baked))
+    if (!view_baker_poll(baker, &app->baked))
         return true;
     app->baker = NULL;
     if (view_baker_finish(baker, free_slot(app)) &&

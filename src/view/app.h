@@ -39,8 +39,7 @@ typedef struct view_app {
     /* A map that is being baked and will be shown. */
     view_baker *baker;
     char baking[PATH_MAX]; /* path of the map */
-    char stage[64];
-    double baked; /* share of the bake that is done, 0..1 */
+    double baked;          /* share of the bake that is done, 0..1 */
 
     double begun;    /* ibl_now() when the scene's time began */
     bool paused;     /* the scene's time stands still */

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,8 +19,7 @@
 
 enum {
     MOST_COLUMNS = 8192, /* of a map: 400 MB */
-    MOST_EDGE = 512,     /* of a cube of it */
-    STAGE_BYTES = 64
+    MOST_EDGE = 512      /* of a cube of it */
 };
 
 /* ---- harmonics ----------------------------------------------------------- */
@@ -67,37 +67,33 @@ void view_set_harmonics(baked_set *set, int degree, const double *radiance)
 
 /* ---- missing textures ---------------------------------------------------- */
 
-static bool fill_table(ibl_ctx *ctx, baked_set *set)
+static bool fill_table(ibl_ctx *ctx, ibl_set_file *table)
 {
     const ibl_lut_options opts = ibl_lut_options_default();
     ibl_lut lut = {0};
+
+    free(table->path);
+    *table = (ibl_set_file){.facts.geometry = opts.geometry};
     const bool ok = !ibl_bake_lut(ctx, &opts, &lut) &&
                     !ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F,
-                                          &set->texture[VIEW_LUT], NULL);
+                                          &table->texture, NULL);
 
     ibl_lut_free(&lut);
-    set->geometry = opts.geometry;
     return ok;
 }
 
 /* ---- reading ------------------------------------------------------------- */
 
-const char *const view_content_names[VIEW_CONTENTS + 1] = {
-    "skybox", "specular", "irradiance", "brdf_lut", "lobe_lut"};
-
-static char *copy(const char *text)
-{
-    return text ? ibl_need(strdup(text)) : NULL;
-}
-
 /* Turns a flat map, equirectangular or octahedral, into a cube of twice its
- * size, which looks the same. */
+ * size, which looks the same; cubes stay. */
 static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
 {
     const ibl_texel_options as = {.pixel = tex->pixel};
     ibl_cube flat = {0}, cube = {0};
     ibl_texture made = {0};
 
+    if (!tex->data || tex->faces == IBL_FACES)
+        return true;
     const bool ok = !ibl_texture_to_cube(ctx, tex, &flat) &&
                     !ibl_cube_from_flat(ctx, &flat, &cube) &&
                     !ibl_texture_from_cube(ctx, &cube, &as, &made, NULL);
@@ -110,22 +106,6 @@ static bool make_cube(ibl_ctx *ctx, const char *path, ibl_texture *tex)
     ibl_cube_free(&flat);
     ibl_cube_free(&cube);
     return ok;
-}
-
-/* Takes a texture of a set over, and its path. */
-static bool take_file(ibl_ctx *ctx, ibl_set_file *f, view_content content,
-                      baked_set *set)
-{
-    ibl_texture *tex = &set->texture[content];
-
-    if (!f->texture.data)
-        return true;
-    *tex = f->texture;
-    f->texture = (ibl_texture){0};
-    set->pixel[content] = f->pixel;
-    set->path[content] = copy(f->path);
-    return tex->faces == IBL_FACES || content == VIEW_LUT ||
-           content == VIEW_LOBES || make_cube(ctx, f->path, tex);
 }
 
 /* Checks the files that were named in place of the set's. */
@@ -159,20 +139,12 @@ static bool check_kinds(const view_request *what, ibl_set_file *f)
 
 const char *view_set_lacks(const baked_set *set, view_diffuse by)
 {
-    return by == VIEW_DIFFUSE_MAP && !set->texture[VIEW_IRRADIANCE].data
+    return by == VIEW_DIFFUSE_MAP &&
+                   !set->baked.file[IBL_CONTENT_IRRADIANCE].texture.data
                ? "is no irradiance map"
            : by == VIEW_DIFFUSE_SH && set->sh_degree < 0
                ? "are no spherical harmonics: the sidecar has them"
                : NULL;
-}
-
-static view_diffuse diffuse_of(const baked_set *set, const char *target)
-{
-    return set->texture[VIEW_IRRADIANCE].data ? VIEW_DIFFUSE_MAP
-           : set->sh_degree >= 2 && strcmp(target, "three") != 0 &&
-                   strcmp(target, "filament") != 0
-               ? VIEW_DIFFUSE_SH
-               : VIEW_DIFFUSE_LAST;
 }
 
 static void note_unknown(const ibl_set_file *f, unsigned fact, const char *as)
@@ -182,94 +154,92 @@ static void note_unknown(const ibl_set_file *f, unsigned fact, const char *as)
                   as);
 }
 
-/* Takes what files and sidecar say, and notes what they do not, and what makes
- * spheres inexact. */
-static void take_facts(const ibl_set *from, baked_set *set)
+/* Notes what files and sidecar do not say, and what makes spheres inexact. */
+static void note_facts(const ibl_set_file *file)
 {
-    const ibl_set_file *f = &from->file[IBL_CONTENT_SPECULAR];
-    const ibl_set_file *matte = &from->file[IBL_CONTENT_IRRADIANCE];
-    const ibl_set_file *table = &from->file[IBL_CONTENT_LUT];
+    const ibl_set_file *f = &file[IBL_CONTENT_SPECULAR];
+    const ibl_set_file *table = &file[IBL_CONTENT_LUT];
 
-    set->mapping = f->facts.mapping;
-    set->lobe = f->facts.lobe;
-    memcpy(set->roughness, f->facts.roughness, sizeof set->roughness);
-    set->lod_scale =
-        f->facts.lod_scale > 0 ? f->facts.lod_scale : f->facts.levels - 1;
-    set->lod_offset = f->facts.lod_offset;
     note_unknown(f, IBL_KNOWN_MAPPING,
-                 set->mapping ? "GGX, filament mapping as cmgen has it"
-                              : "GGX, linear mapping, roughness 0 to 1");
-    if (set->lobe != IBL_LOBE_GGX)
+                 f->facts.mapping ? "GGX, filament mapping as cmgen has it"
+                                  : "GGX, linear mapping, roughness 0 to 1");
+    if (f->facts.lobe != IBL_LOBE_GGX)
         view_note("%s: its levels are of the lobe %s: spheres, which are "
                   "shaded by GGX, are only similar",
-                  f->path, ibl_lobe_name(set->lobe));
-    set->irradiance_scale = matte->path ? matte->facts.irradiance_scale : 1;
-    note_unknown(matte, IBL_KNOWN_SCALE, "irradiance / pi");
-    set->geometry = table->facts.geometry;
-    note_unknown(table, IBL_KNOWN_GEOMETRY, ibl_geometry_name(set->geometry));
-    set->light_count = from->light_count > 0 ? from->light_count : 0;
-    memcpy(set->light, from->light, sizeof set->light);
-    view_set_harmonics(set, from->sh_degree, from->sh);
-    set->source = copy(from->source);
-    set->source_read = from->read;
-    set->source_yaw = from->yaw_deg;
-    memcpy(set->source_hash, from->source_hash, sizeof set->source_hash);
-    set->diffuse = diffuse_of(set, from->target);
+                  f->path, ibl_lobe_name(f->facts.lobe));
+    note_unknown(&file[IBL_CONTENT_IRRADIANCE], IBL_KNOWN_SCALE,
+                 "irradiance / pi");
+    note_unknown(table, IBL_KNOWN_GEOMETRY,
+                 ibl_geometry_name(table->facts.geometry));
+}
+
+static void add_defaults(const view_request *what, baked_set *set)
+{
+    ibl_set *b = &set->baked;
+    ibl_set_facts *chain = &b->file[IBL_CONTENT_SPECULAR].facts;
+
+    if (!b->name)
+        b->name = ibl_need(strdup(what->path));
+    if (chain->lod_scale <= 0)
+        chain->lod_scale = chain->levels - 1;
+    if (b->light_count < 0)
+        b->light_count = 0;
+    view_set_harmonics(set, b->sh_degree, b->sh);
+    set->diffuse = b->file[IBL_CONTENT_IRRADIANCE].texture.data
+                       ? VIEW_DIFFUSE_MAP
+                   : set->sh_degree >= 2 && strcmp(b->target, "three") != 0 &&
+                           strcmp(b->target, "filament") != 0
+                       ? VIEW_DIFFUSE_SH
+                       : VIEW_DIFFUSE_LAST;
+    /* The map that is named is taken whatever it is. */
+    if (what->map) {
+        free(b->source);
+        b->source = ibl_need(strdup(what->map));
+        *b->source_hash = '\0';
+    }
 }
 
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
+    static const ibl_content cubes[] = {
+        IBL_CONTENT_SPECULAR, IBL_CONTENT_IRRADIANCE, IBL_CONTENT_SKYBOX};
     ibl_set_options o = ibl_set_options_default();
-    ibl_set from = {0};
+    ibl_set_file *file = set->baked.file;
+    const ibl_set_file *chain = &file[IBL_CONTENT_SPECULAR];
 
-    *set = (baked_set){.sh_degree = -1,
-                       .irradiance_scale = 1,
-                       .own_sky = what->sky,
-                       .layer = what->layer};
+    *set = (baked_set){.own_sky = what->sky, .layer = what->layer};
     o.file[IBL_CONTENT_IRRADIANCE] = what->irradiance;
     o.file[IBL_CONTENT_LUT] = what->lut;
     o.file[IBL_CONTENT_SKYBOX] = what->sky;
     o.layer = what->layer;
-    bool ok = !ibl_set_open(ctx, what->path, &o, &from) &&
-              check_kinds(what, from.file);
-    for (int c = 0; c < IBL_CONTENTS && ok; c++)
-        ok = take_file(ctx, &from.file[c], (view_content)c, set);
-    if (ok) {
-        set->name = copy(from.name ? from.name : what->path);
-        take_facts(&from, set);
+    bool ok = !ibl_set_open(ctx, what->path, &o, &set->baked) &&
+              check_kinds(what, file);
+    for (int i = 0; i < 3 && ok; i++)
+        ok = make_cube(ctx, file[cubes[i]].path, &file[cubes[i]].texture);
+    const bool has_table = ok && file[IBL_CONTENT_LUT].texture.data;
+    if (!ok || (!has_table && !fill_table(ctx, &file[IBL_CONTENT_LUT]))) {
+        view_set_free(set);
+        return false;
     }
-    ibl_set_free(&from);
-    /* The map that is named is taken whatever it is. */
-    if (what->map) {
-        free(set->source);
-        set->source = copy(what->map);
-        *set->source_hash = '\0';
-    }
-    if (ok && set->roughness[0] > 0 && !set->source &&
-        !set->texture[VIEW_SKY].data)
+    add_defaults(what, set);
+    note_facts(file);
+    if (chain->facts.roughness[0] > 0 && !set->baked.source &&
+        !file[IBL_CONTENT_SKYBOX].texture.data)
         view_note(
             "%s: its level 0 is of roughness %.3g: without the map, which "
             "--map names, reference and sky are as blurred",
-            set->path[VIEW_SPECULAR], set->roughness[0]);
-    if (ok && !set->texture[VIEW_LUT].data) {
-        ok = fill_table(ctx, set);
-        view_note("%s: has no BRDF table: made with the geometry %s", set->name,
-                  ibl_geometry_name(set->geometry));
-    }
-    if (!ok)
-        view_set_free(set);
-    return ok;
+            chain->path, chain->facts.roughness[0]);
+    if (!has_table)
+        view_note("%s: has no BRDF table: made with the geometry %s",
+                  set->baked.name,
+                  ibl_geometry_name(file[IBL_CONTENT_LUT].facts.geometry));
+    return true;
 }
 
 void view_set_free(baked_set *set)
 {
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        ibl_texture_free(&set->texture[i]);
-        free(set->path[i]);
-    }
+    ibl_set_free(&set->baked);
     ibl_image_free(&set->map);
-    free(set->source);
-    free(set->name);
     *set = (baked_set){0};
 }
 
@@ -284,35 +254,40 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     ibl_bake_result result = {0};
     ibl_overflow_report beyond = {0};
     ibl_lobe_table table = {0};
-    ibl_texture *t = set->texture;
+    ibl_set_file *file = set->baked.file;
 
     if (specular)
         opts.specular_options = *specular;
     opts.yaw_deg = opts.specular_options.yaw_deg;
     opts.sh_degree = VIEW_SH_DEGREE;
-    bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
-              !ibl_texture_from_cube(ctx, &result.specular, NULL,
-                                     &t[VIEW_SPECULAR], &beyond) &&
-              !ibl_texture_from_cube(ctx, &result.irradiance, NULL,
-                                     &t[VIEW_IRRADIANCE], NULL);
+    bool ok =
+        !ibl_bake_environment(ctx, env, &opts, &result) &&
+        !ibl_texture_from_cube(ctx, &result.specular, NULL,
+                               &file[IBL_CONTENT_SPECULAR].texture, &beyond) &&
+        !ibl_texture_from_cube(ctx, &result.irradiance, NULL,
+                               &file[IBL_CONTENT_IRRADIANCE].texture, NULL) &&
+        fill_table(ctx, &file[IBL_CONTENT_LUT]);
     if (beyond.values)
         view_note("%s: %zu components of its levels are beyond %g, the most "
                   "that is shown: that light is spread over texels around them",
-                  set->name, beyond.values,
+                  set->baked.name, beyond.values,
                   (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
     if (ok) {
+        ibl_set_facts *chain = &file[IBL_CONTENT_SPECULAR].facts;
         lobes.layout = result.report.layout;
-        set->mapping = opts.specular_options.mapping;
-        set->lobe = opts.specular_options.lobe;
-        set->lod_scale = lobes.layout.lod_scale;
-        set->lod_offset = lobes.layout.lod_offset;
-        memcpy(set->roughness, lobes.layout.roughness, sizeof set->roughness);
-        set->irradiance_scale = 1;
+        *chain = (ibl_set_facts){.lobe = opts.specular_options.lobe,
+                                 .mapping = opts.specular_options.mapping,
+                                 .levels = lobes.layout.levels,
+                                 .lod_scale = lobes.layout.lod_scale,
+                                 .lod_offset = lobes.layout.lod_offset};
+        memcpy(chain->roughness, lobes.layout.roughness,
+               sizeof chain->roughness);
+        file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale = 1;
         view_set_harmonics(set, VIEW_SH_DEGREE, result.sh);
-        ok = fill_table(ctx, set) &&
-             (specular ||
-              (!ibl_bake_lobe_table(ctx, &lobes, &table) &&
-               !ibl_texture_from_lobe_table(ctx, &table, &t[VIEW_LOBES])));
+        ok = specular ||
+             (!ibl_bake_lobe_table(ctx, &lobes, &table) &&
+              !ibl_texture_from_lobe_table(
+                  ctx, &table, &file[IBL_CONTENT_LOBE_TABLE].texture));
     }
     ibl_lobe_table_free(&table);
     ibl_bake_result_free(&result);
@@ -327,12 +302,12 @@ bool view_set_bake(ibl_ctx *ctx, const view_request *what, baked_set *set)
     ibl_source *source;
     struct stat st;
 
-    *set = (baked_set){.name = ibl_need(strndup(name, stem)),
-                       .source_read = ibl_read_options_default()};
+    *set = (baked_set){.baked = {.name = ibl_need(strndup(name, stem)),
+                                 .read = ibl_read_options_default()}};
     /* Streams are gone by now; six faces are no file. */
     if (strcmp(path, "-") != 0 && (stat(path, &st) || S_ISREG(st.st_mode)))
-        set->source = ibl_need(strdup(path));
-    bool ok = !ibl_source_open(ctx, path, &set->source_read, &source);
+        set->baked.source = ibl_need(strdup(path));
+    bool ok = !ibl_source_open(ctx, path, &set->baked.read, &source);
     if (ok) {
         const ibl_environment env = ibl_source_environment(source);
         ok = view_set_bake_environment(ctx, &env, NULL, set);
@@ -378,23 +353,24 @@ static bool fit(ibl_ctx *ctx, const char *path, ibl_image *map)
 /* Reads the map, or says why not. */
 static const char *read_map(const baked_set *set, ibl_image *map)
 {
-    ibl_read_options read = set->source_read;
+    ibl_read_options read = set->baked.read;
     ibl_read_report report;
 
-    if (!set->source)
+    if (!set->baked.source)
         return "its map is not at hand: name it with --map";
-    read.hash = *set->source_hash != '\0';
+    read.hash = *set->baked.source_hash != '\0';
     ibl_ctx *ctx = reader();
-    const bool ok = !ibl_image_read(ctx, set->source, &read, map, &report) &&
-                    (!read.hash || !strcmp(set->source_hash, report.hash)) &&
-                    fit(ctx, set->source, map);
+    const bool ok =
+        !ibl_image_read(ctx, set->baked.source, &read, map, &report) &&
+        (!read.hash || !strcmp(set->baked.source_hash, report.hash)) &&
+        fit(ctx, set->baked.source, map);
     ibl_ctx_free(ctx);
     if (ok)
         return NULL;
     ibl_image_free(map);
     view_note("%s: cannot be read again as it was baked, for the backdrop and "
               "the reference",
-              set->source);
+              set->baked.source);
     return "its map cannot be read again as it was baked";
 }
 
@@ -412,7 +388,8 @@ const ibl_image *view_set_source(const baked_set *set, const char **why)
 view_environment view_set_lit_by(const baked_set *set)
 {
     return set->map.data ? VIEW_BY_MAP
-           : set->roughness[0] > 0 && set->texture[VIEW_SKY].data
+           : set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[0] > 0 &&
+                   set->baked.file[IBL_CONTENT_SKYBOX].texture.data
                ? VIEW_BY_SKY
                : VIEW_BY_LEVEL0;
 }
@@ -422,20 +399,23 @@ bool view_set_environment(const baked_set *set, ibl_cube *cube,
 {
     const ibl_image *map = view_set_source(set, NULL);
     const view_environment by = view_set_lit_by(set);
-    const ibl_texture *tex =
-        &set->texture[by == VIEW_BY_SKY ? VIEW_SKY : VIEW_SPECULAR];
-    const float most = ibl_pixel_max(set->pixel[VIEW_SPECULAR]);
+    const ibl_set_file *file =
+        &set->baked.file[by == VIEW_BY_SKY ? IBL_CONTENT_SKYBOX
+                                           : IBL_CONTENT_SPECULAR];
+    const float most = ibl_pixel_max(file->pixel);
     const int edge =
         map && map->width < 4 * MOST_EDGE ? (map->width + 3) / 4 : MOST_EDGE;
     ibl_ctx *ctx = reader();
     bool clipped = false;
 
     *cube = (ibl_cube){0};
-    *what = map ? set->source : by == VIEW_BY_SKY ? "the skybox" : "level 0";
+    *what = map                 ? set->baked.source
+            : by == VIEW_BY_SKY ? "the skybox"
+                                : "level 0";
     const bool ok =
         map ? !ibl_cube_alloc(ctx, edge, 1, cube) &&
-                  !ibl_cube_from_latlong(ctx, map, set->source_yaw, cube)
-            : !ibl_texture_to_cube(ctx, tex, cube);
+                  !ibl_cube_from_latlong(ctx, map, set->baked.yaw_deg, cube)
+            : !ibl_texture_to_cube(ctx, &file->texture, cube);
     ibl_ctx_free(ctx);
     for (int i = 0; ok && by == VIEW_BY_LEVEL0 &&
                     i < 3 * IBL_FACES * cube->size * cube->size;
@@ -446,7 +426,7 @@ bool view_set_environment(const baked_set *set, ibl_cube *cube,
     ibl_cube_free(cube);
     return ok ? view_fail("%s: there is no reference: level 0 is clipped by "
                           "%s, and its map is not at hand: name it with --map",
-                          set->name, ibl_pixel_name(set->pixel[VIEW_SPECULAR]))
+                          set->baked.name, ibl_pixel_name(file->pixel))
               : view_fail("no memory for the reference");
 }
 
@@ -457,13 +437,10 @@ struct view_baker {
     view_request what;
     ibl_ctx *ctx;
     pthread_t thread;
-    baked_set set; /* belongs to the thread until it is joined */
-    bool ok;       /* the same */
-
-    pthread_mutex_t lock; /* of what follows */
-    char stage[STAGE_BYTES];
-    double whole; /* the finished share */
-    bool ended;
+    baked_set set;         /* belongs to the thread until it is joined */
+    bool ok;               /* the same */
+    _Atomic(double) whole; /* the finished share */
+    atomic_bool ended;
 };
 
 static void on_progress(void *cookie, const char *stage, double done,
@@ -471,21 +448,15 @@ static void on_progress(void *cookie, const char *stage, double done,
 {
     view_baker *b = cookie;
 
+    (void)stage;
     (void)done;
-    pthread_mutex_lock(&b->lock);
-    snprintf(b->stage, sizeof b->stage, "%s", stage);
     b->whole = fmax(b->whole, whole);
-    pthread_mutex_unlock(&b->lock);
 }
 
-bool view_baker_poll(view_baker *baker, char *stage, double *done)
+bool view_baker_poll(view_baker *baker, double *done)
 {
-    pthread_mutex_lock(&baker->lock);
-    const bool ended = baker->ended;
-    memcpy(stage, baker->stage, sizeof baker->stage);
-    *done = ended ? 1 : baker->whole;
-    pthread_mutex_unlock(&baker->lock);
-    return ended;
+    *done = baker->ended ? 1 : baker->whole;
+    return baker->ended;
 }
 
 static void *run(void *cookie)
@@ -493,17 +464,8 @@ static void *run(void *cookie)
     view_baker *b = cookie;
 
     b->ok = view_set_bake(b->ctx, &b->what, &b->set);
-    pthread_mutex_lock(&b->lock);
     b->ended = true;
-    pthread_mutex_unlock(&b->lock);
     return NULL;
-}
-
-static void baker_free(view_baker *b)
-{
-    ibl_ctx_free(b->ctx);
-    pthread_mutex_destroy(&b->lock);
-    free(b);
 }
 
 view_baker *view_baker_start(const view_request *what)
@@ -511,20 +473,19 @@ view_baker *view_baker_start(const view_request *what)
     ibl_ctx_options opts = ibl_ctx_options_default();
     view_baker *b = ibl_need(calloc(1, sizeof *b));
 
-    pthread_mutex_init(&b->lock, NULL);
     opts.log = view_log;
     opts.memory = ibl_memory_allowed() / 4 * 3;
     opts.progress = on_progress;
     opts.progress_cookie = b;
     opts.bridge = ibl_bridge_beside();
     b->what = *what;
-    if (ibl_ctx_create(&opts, &b->ctx) ||
-        pthread_create(&b->thread, NULL, run, b)) {
-        view_fail("%s: no memory or no threads to bake it", what->path);
-        baker_free(b);
-        return NULL;
-    }
-    return b;
+    if (!ibl_ctx_create(&opts, &b->ctx) &&
+        !pthread_create(&b->thread, NULL, run, b))
+        return b;
+    view_fail("%s: no memory or no threads to bake it", what->path);
+    ibl_ctx_free(b->ctx);
+    free(b);
+    return NULL;
 }
 
 bool view_baker_finish(view_baker *baker, baked_set *set)
@@ -537,6 +498,7 @@ bool view_baker_finish(view_baker *baker, baked_set *set)
         *set = baker->set;
     else
         view_set_free(&baker->set);
-    baker_free(baker);
+    ibl_ctx_free(baker->ctx);
+    free(baker);
     return ok;
 }

@@ -10,47 +10,18 @@
 #include "view/settings.h"
 #include "view/vector.h"
 
-/* The first are those of ibl_content. */
-typedef enum view_content {
-    VIEW_SKY, /* --skybox; if absent, level 0 of the specular chain is the sky
-               */
-    VIEW_SPECULAR,
-    VIEW_IRRADIANCE,
-    VIEW_LUT,
-    VIEW_LOBES, /* --lobe-table: the lobe of each N.V and roughness; if absent,
-                   there are no table and taps of view_reflection */
-    VIEW_CONTENTS
-} view_content;
-
-/* "specular", "irradiance" and so on in file names, keys, sidecars and
- * messages; ended by NULL. */
-extern const char *const view_content_names[VIEW_CONTENTS + 1];
-
 typedef struct baked_set {
-    char *name; /* for titles, such as "sky" */
-    /* Texels as in the files, in the world's axes; blocks as rgba16f. What is
-     * missing is zeroed. The specular chain is not; a missing table is made by
-     * ibl_bake_lut, with a note. */
-    ibl_texture texture[VIEW_CONTENTS];
-    ibl_pixel pixel[VIEW_CONTENTS]; /* of the files */
-    char *path[VIEW_CONTENTS];      /* NULL: none */
-    char *source; /* the map of the set, if its file is at hand, or NULL */
-    ibl_read_options source_read;    /* how its colours were changed */
-    double source_yaw;               /* its turn, as of ibl_cube_from_latlong */
-    char source_hash[IBL_FILE_HASH]; /* of its bytes, to know it by, or "" */
+    /* With a name, for titles. Cubes are in the world's axes; those of flat
+     * maps are cubes, too. The specular chain is there, with a lod_scale; a
+     * missing table is made by ibl_bake_lut, with a note. The skybox and the
+     * lobe table may be absent: then level 0 is the sky, and there are no table
+     * and taps of view_reflection. Lights are those that were taken out of the
+     * maps, not of the sky. Baked here, files have no path. */
+    ibl_set baked;
     ibl_image map;       /* of view_set_source; data NULL: it is not read */
     const char *map_why; /* why it cannot be read; NULL: it was not tried */
-    bool own_sky;        /* texture[VIEW_SKY] was asked for */
-
-    ibl_roughness_map mapping;
-    double lod_scale, lod_offset;     /* as in ibl_specular_layout */
-    double roughness[IBL_MAX_LEVELS]; /* of each level */
-    int layer;                        /* of arrays of cubes; 0: or no array */
-    ibl_lobe lobe;
-    ibl_geometry geometry;   /* of the table */
-    double irradiance_scale; /* factor from the map to E/pi */
-    int light_count; /* that --lights took out of the maps, not of the sky */
-    ibl_light light[IBL_MAX_LIGHTS];
+    bool own_sky;        /* the skybox was asked for */
+    int layer;           /* of arrays of cubes; 0: or no array */
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are dropped */
@@ -125,9 +96,9 @@ typedef struct view_baker view_baker;
 
 /* What paths name must stay until the end. NULL, with a message. */
 view_baker *view_baker_start(const view_request *what);
-/* Gives the present stage and the share of the whole bake that is done, 0..1,
- * never decreasing; returns true once it has ended. stage: room for 64. */
-bool view_baker_poll(view_baker *baker, char *stage, double *done);
+/* Gives the share of the bake that is done, 0..1, never decreasing; returns
+ * true once it has ended. */
+bool view_baker_poll(view_baker *baker, double *done);
 /* Waits, moves the result into *set and frees the baker. False, with its
  * message and *set zeroed, if the bake failed. set NULL: cancels the bake;
  * false without a message. */

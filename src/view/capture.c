@@ -192,7 +192,7 @@ static void make_samples(view_capture *c)
                      all + row * (size_t)(l - 1));
     }
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, all);
+    c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, 0, all);
     free(all);
 }
 

@@ -117,8 +117,8 @@ static const view_control shown[] = {
 
 static const view_control materials[] = {
     {{"material", 0, IBL_CHOICE(material, view_material_names),
-      .help = "material of spheres: its metal in the upper rows, its plastic in "
-              "the lower"},
+      .help = "material of spheres: its metal in the upper rows, its plastic "
+              "in the lower"},
      .label = "material", .where = LIT | SIDE | VIEW_NEED_MATERIAL, .key = 'n',
      .back = 'N'},
     {{"grid", 0, IBL_OTHER(rows, "RxC", parse_grid), .low = 1,
@@ -138,7 +138,8 @@ static const view_control materials[] = {
     {{"override", 0, IBL_CHOICE(override, view_override_names),
       .help = "materials of a model: its own, clay, chrome, or --material "
               "with the upper end of --metallic and the middle of --roughness"},
-     .label = "model's materials", .where = MODEL | SIDE, .key = 'o', .back = 'O'},
+     .label = "model's materials", .where = MODEL | SIDE, .key = 'o',
+     .back = 'O'},
     {{"ground", 0, ON(ground),
       .help = "a ground below the model, with the shadow of the main light"},
      .label = "ground", .where = MODEL, .key = 'u'},

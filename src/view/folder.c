@@ -179,17 +179,16 @@ void view_folder_free(view_folder *f)
 int view_folder_step(const view_folder *f, view_kind kind, const char *name,
                      int step)
 {
-    int at = 0, of_kind = 0;
+    int first = 0;
 
-    for (int i = 0; i < f->count; i++) {
-        at = strcmp(f->entry[i].name, name) ? at : i;
-        of_kind += f->entry[i].kind == kind;
+    for (int i = 0; i < f->count; i++)
+        first = strcmp(f->entry[i].name, name) ? first : i;
+    for (int k = 1; k <= f->count; k++) {
+        const int at = (first + (step < 0 ? f->count - k : k)) % f->count;
+        if (f->entry[at].kind == kind)
+            return at;
     }
-    for (int left = of_kind ? abs(step) % of_kind : 0; left;) {
-        at = (at + (step < 0 ? f->count - 1 : 1)) % f->count;
-        left -= f->entry[at].kind == kind;
-    }
-    return of_kind ? at : -1;
+    return -1;
 }
 
 const char *view_shipped_map(void)

@@ -42,8 +42,8 @@ typedef struct view_folder {
  * be read; *f is then empty. */
 bool view_folder_read(const char *path, view_folder *f);
 void view_folder_free(view_folder *f); /* zeroes it, too */
-/* The entry of a kind that is step places after that of a name, round the end;
- * -1: there is none. */
+/* The next entry of a kind after that of a name, with a step below 0 the one
+ * before, round the end; -1: there is none. */
 int view_folder_step(const view_folder *f, view_kind kind, const char *name,
                      int step);
 

@@ -33,37 +33,39 @@ void view_frame_camera(view_frame *f, const view_camera *c, int width,
 
 static void fill_set(view_frame *f, const baked_set *set)
 {
+    const ibl_set_file *file = set->baked.file;
     const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
 
-    f->lod[0] = (float)set->lod_scale;
-    f->lod[1] = (float)set->lod_offset;
-    f->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
-    f->lod[3] = (float)set->mapping;
-    f->diffuse[0] = (float)set->irradiance_scale;
-    f->diffuse[1] = (float)set->geometry;
+    f->lod[0] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_scale;
+    f->lod[1] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_offset;
+    f->lod[2] = (float)(file[IBL_CONTENT_SPECULAR].texture.levels - 1);
+    f->lod[3] = (float)file[IBL_CONTENT_SPECULAR].facts.mapping;
+    f->diffuse[0] = (float)file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale;
+    f->diffuse[1] = (float)file[IBL_CONTENT_LUT].facts.geometry;
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
-    for (int i = 0; i < set->light_count; i++) {
-        copy3(f->disc_direction[i], set->light[i].direction);
-        copy3(f->disc_irradiance[i], set->light[i].irradiance);
-        f->disc_direction[i][3] = (float)set->light[i].radius;
+    for (int i = 0; i < set->baked.light_count; i++) {
+        copy3(f->disc_direction[i], set->baked.light[i].direction);
+        copy3(f->disc_irradiance[i], set->baked.light[i].irradiance);
+        f->disc_direction[i][3] = (float)set->baked.light[i].radius;
     }
-    f->reflection[2] = set->light_count;
-    f->reflection[3] = set->texture[VIEW_SKY].data ? 0 : set->light_count;
+    f->reflection[2] = set->baked.light_count;
+    f->reflection[3] =
+        file[IBL_CONTENT_SKYBOX].texture.data ? 0 : set->baked.light_count;
 }
 
-/* By the harmonics, whose first is its mean, or else by the last level, which
- * has the same mean. */
+/* All levels have the same mean; this one has texels enough for it. */
 static void fill_constant(view_frame *f, const baked_set *set)
 {
-    const ibl_texture *map = &set->texture[VIEW_SPECULAR];
-    const int level = map->levels - 1, n = ibl_cube_edge(map->width, level);
+    const ibl_texture *map = &set->baked.file[IBL_CONTENT_SPECULAR].texture;
     double sum[3] = {0};
     float texel[4];
+    int level = 0;
 
-    for (int k = 0; set->sh_degree >= 0 && k < 3; k++)
-        sum[k] = set->sh[k] / sqrt(4 * M_PI);
-    for (int i = 0; set->sh_degree < 0 && i < IBL_FACES * n * n; i++) {
+    while (level + 1 < map->levels && ibl_cube_edge(map->width, level) > 32)
+        level++;
+    const int n = ibl_cube_edge(map->width, level);
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
         const int face = i / (n * n), at = i % (n * n);
         ibl_pixel_decode(map->pixel,
                          map->data + ibl_texture_offset(map, level, face) +
@@ -94,35 +96,46 @@ static void fill_background(view_frame *f, const view_settings *s,
         to[0] = -1;
         to[1] = (float)s->blur;
     } else if (kind == VIEW_BACKGROUND_LEVEL) {
-        const int last = set->texture[VIEW_SPECULAR].levels - 1;
+        const int last =
+            set->baked.file[IBL_CONTENT_SPECULAR].texture.levels - 1;
         const int level =
             s->background_level < last ? s->background_level : last;
         to[0] = (float)level;
-        to[1] = (float)set->roughness[level];
+        to[1] =
+            (float)set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[level];
     }
 }
 
 /* Chromium's F0: Real-Time Rendering, 4th edition, table 9.2. */
-static void fill_override(view_frame *f, const view_settings *s)
+static void fill_material(view_frame *f, const view_settings *s)
 {
-    static const view_material chosen[] = {
-        {"clay", {0.5, 0.5, 0.5}, 0.04, 1, ""},
-        {"chrome", {0.55, 0.556, 0.554}, 0.04, 1, ""}};
-    view_material m = view_materials[s->material];
-    double metallic = s->metallic[1];
-    double roughness = 0.5 * (s->roughness[0] + s->roughness[1]);
+    static const view_material clay = {"clay", {0.5, 0.5, 0.5}, 0.04, 1, ""},
+                               chrome = {
+                                   "chrome", {0.55, 0.556, 0.554}, 0.04, 1, ""};
+    const bool spheres = s->mode == VIEW_SPHERES;
+    const bool is_clay = !spheres && s->override == VIEW_CLAY;
+    const bool is_chrome = !spheres && s->override == VIEW_CHROME;
+    const view_material *m = is_clay     ? &clay
+                             : is_chrome ? &chrome
+                                         : &view_materials[s->material];
 
-    if (s->override == VIEW_CLAY || s->override == VIEW_CHROME) {
-        m = chosen[s->override == VIEW_CHROME];
-        metallic = s->override == VIEW_CHROME;
-        roughness = s->override == VIEW_CHROME ? 0.05 : 0.6;
-    }
-    copy3(f->override_colour, m.metal);
-    f->override_colour[3] = (float)roughness;
+    copy3(f->metal, m->metal);
     for (int k = 0; k < 3; k++)
-        f->override_f0[k] = (float)m.dielectric_f0;
+        f->plastic[k] = (float)m->dielectric_f0;
+    f->metal[3] = is_clay     ? 0.6F
+                  : is_chrome ? 0.05F
+                              : (float)(s->roughness[0] + s->roughness[1]) / 2;
     /* Those without a diffuse colour have the same F0 at both ends. */
-    f->override_f0[3] = m.diffuse > 0 ? (float)metallic : 1;
+    f->plastic[3] = is_clay                    ? 0
+                    : is_chrome || !m->diffuse ? 1
+                                               : (float)s->metallic[1];
+    for (int k = 0; k < 2; k++) {
+        f->ranges[k] = (float)s->metallic[k];
+        f->ranges[2 + k] = (float)s->roughness[k];
+    }
+    f->grid[0] = spheres ? s->columns : 0;
+    f->grid[1] = s->rows;
+    f->grid[2] = m->diffuse > 0;
 }
 
 view_diffuse view_diffuse_of(const view_settings *s, const baked_set *set)
@@ -130,28 +143,16 @@ view_diffuse view_diffuse_of(const view_settings *s, const baked_set *set)
     return s->diffuse == VIEW_DIFFUSE_AUTO ? set->diffuse : s->diffuse;
 }
 
-int view_lighting_key(const view_lighting *l)
+void view_lighting_define(const view_lighting *l, char *text, size_t size)
 {
-    return (((int)l->reflection * VIEW_DIFFUSE_AUTO + (int)l->diffuse) *
-                (VIEW_PARTS_COUNT + 1) +
-            (int)l->parts) *
-               4 +
-           2 * l->rough_fresnel + l->override;
-}
-
-void view_lighting_define(int key, char *text, size_t size)
-{
-    const int parts = key / 4 % (VIEW_PARTS_COUNT + 1);
-    const int rest = key / 4 / (VIEW_PARTS_COUNT + 1);
-    const int reflection = rest / VIEW_DIFFUSE_AUTO;
-
     view_add(text, size,
              "#define REFLECTION %d\n#define DIFFUSE %d\n#define PARTS %d\n"
-             "%s%s%s",
-             reflection, rest % VIEW_DIFFUSE_AUTO, parts,
-             reflection == VIEW_REFERENCE ? "#define INTEGRAL\n" : "",
-             key & 2 ? "#define ROUGH_FRESNEL\n" : "",
-             key & 1 ? "#define OVERRIDE\n" : "");
+             "%s%s%s%s",
+             (int)l->reflection, (int)l->diffuse, (int)l->parts,
+             l->reflection == VIEW_REFERENCE ? "#define INTEGRAL\n" : "",
+             l->rough_fresnel ? "#define ROUGH_FRESNEL\n" : "",
+             l->override ? "#define OVERRIDE\n" : "",
+             l->probes ? "#define PROBES\n" : "");
 }
 
 void view_frame_fill(view_frame *f, const view_settings *s,
@@ -176,12 +177,12 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->parts[0] = (int)s->parts;
     f->parts[1] = s->rough_fresnel;
     f->parts[2] = (int)s->override;
-    f->parts[3] = s->ground;
+    f->parts[3] = s->ground && s->mode == VIEW_MODEL;
     if (s->parts == VIEW_PARTS_AMBIENT)
         fill_constant(f, set);
     fill_background(f, s, set);
-    fill_override(f, s);
-    f->shading[3] = set->texture[VIEW_SKY].levels > 1;
+    fill_material(f, s);
+    f->shading[3] = set->baked.file[IBL_CONTENT_SKYBOX].texture.levels > 1;
     f->choice[0] = (int)s->mode;
     f->choice[1] = (int)view_diffuse_of(s, set);
     f->choice[2] = (int)s->layout;
@@ -190,7 +191,6 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->inspect_at[0] = (float)s->zoom;
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];
-    f->inspect_at[3] = (float)s->rows;
     f->looks[0] = (int)s->channel;
     f->looks[1] = s->filter;
     f->looks[2] = s->background == VIEW_BACKGROUND_TRANSPARENT;
@@ -200,5 +200,4 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->show[0] = (int)s->tone;
     f->show[1] = s->false_colour;
     f->show[2] = (int)s->compare;
-    f->show[3] = s->mode == VIEW_SPHERES ? s->columns : 0;
 }

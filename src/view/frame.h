@@ -17,6 +17,10 @@ enum view_backdrop {
     VIEW_BACKDROPS
 };
 
+/* Half the width of the ground's maps, whose edges are free of the model;
+ * GROUND of shaders. */
+#define VIEW_GROUND_HALF 1.02
+
 typedef struct view_frame {
     float clip[16]; /* world to clip space, column-major */
     float eye[4];
@@ -37,10 +41,14 @@ typedef struct view_frame {
     float background[4]; /* colour, times alpha, and alpha; or a level, below
                             0: of the roughness; the roughness */
     float constant[4];   /* mean radiance of the set, for VIEW_PARTS_AMBIENT */
-    float override_colour[4]; /* of materials: see view_override; roughness */
-    float override_f0[4];     /* of the dielectric; metallic */
-    float ground_light[16];   /* of view_ground: from the main light, as clip */
-    float ground_sun[4];      /* its irradiance / pi there */
+    float metal[4];      /* colour of the chosen material or view_override;
+                            its roughness on models */
+    float plastic[4];    /* its F0; its metallic on models */
+    float ranges[4];     /* of metallic over rows, of roughness over columns */
+    int grid[4]; /* columns, 0: no spheres are shown; rows; 1 if the dielectric
+                    has a diffuse colour */
+    float ground_light[16]; /* from the main light, as clip */
+    float ground_sun[4];    /* its irradiance / pi there */
     float ground[4]; /* height, radius, tangent of the light's radius, 1 with
                         the light */
     int parts[4];    /* view_parts, rough_fresnel, view_override, ground */
@@ -49,12 +57,12 @@ typedef struct view_frame {
     int choice[4];  /* mode, diffuse, layout, level */
     int reflection[4];   /* view_reflection; that of the other picture; number
                             of discs; number that the sky lacks */
-    float inspect_at[4]; /* zoom, pan x, pan y, rows of the grid */
+    float inspect_at[4]; /* zoom, pan x, pan y */
     int looks[4];        /* view_channel; filter; 1 if the background is
                             transparent */
     float display[4];    /* 2^ev, split, gain, 0 */
     int show[4];         /* tone, below 0: linear values; false_colour;
-                            compare; columns of the grid, 0: no grid is split */
+                            compare */
     int sampling[4];     /* of the reference (truth.h): first sample, number;
                             cells of view_aim along an edge, 0: no table; discs
                             that its environment lacks */
@@ -74,19 +82,12 @@ typedef struct view_lighting {
     view_diffuse diffuse;       /* never AUTO */
     view_parts parts;           /* VIEW_PARTS_COUNT: numbers of materials */
     bool rough_fresnel, override;
-    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl; no
-                      part of the key, as what follows */
+    bool probes;   /* the room's, in its uniforms: shaders/room_light.glsl */
     bool mirrored; /* the picture is */
 } view_lighting;
 
-enum {
-    VIEW_LIGHTINGS = (int)VIEW_REFLECTIONS * (int)VIEW_DIFFUSE_AUTO *
-                     ((int)VIEW_PARTS_COUNT + 1) * 4
-};
-
-/* A number below VIEW_LIGHTINGS, and what defines the variant of one. */
-int view_lighting_key(const view_lighting *l);
-void view_lighting_define(int key, char *text, size_t size);
+/* Adds what defines the variant. */
+void view_lighting_define(const view_lighting *l, char *text, size_t size);
 
 /* How diffuse light of the settings is looked up: never AUTO. */
 view_diffuse view_diffuse_of(const view_settings *s, const baked_set *set);

@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -17,6 +18,14 @@ view_gl gl;
 
 static GLuint nothing; /* a vertex array without attributes */
 static GLuint timers[2];
+static GLuint block_buffers[VIEW_BLOCKS];
+
+/* Programs of this context. */
+static struct {
+    char *text; /* files and defines */
+    GLuint program;
+} * programs;
+static int program_count;
 
 /* Blending with the part of the pixel that alpha says is covered, in pictures
  * whose colours are times their alpha. */
@@ -38,6 +47,9 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
 #undef VIEW_GL_FIND
     gl.GenVertexArrays(1, &nothing);
     gl.GenQueries(2, timers);
+    gl.GenBuffers(VIEW_BLOCKS, block_buffers);
+    while (program_count)
+        free(programs[--program_count].text);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -76,13 +88,24 @@ GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data)
     return buffer;
 }
 
-void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
-                       GLuint divisor)
+void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset)
 {
     gl.EnableVertexAttribArray(at);
     gl.VertexAttribPointer(at, size, GL_FLOAT, GL_FALSE, (GLsizei)stride,
                            (const void *)(uintptr_t)offset);
-    gl.VertexAttribDivisor(at, divisor);
+}
+
+void view_gl_block(int block, const void *data, size_t bytes)
+{
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, (GLuint)block, block_buffers[block]);
+    gl.BufferData(GL_UNIFORM_BUFFER, (GLsizeiptr)bytes, data, GL_STREAM_DRAW);
+}
+
+void view_gl_draw_quads(GLuint program, int count)
+{
+    gl.UseProgram(program);
+    gl.BindVertexArray(nothing);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
 }
 
 void view_gl_draw_full(GLuint program)
@@ -109,16 +132,12 @@ double view_gl_time_end(void)
 
 bool view_gl_check(const char *where)
 {
-    const GLenum first = gl.GetError();
+    const GLenum error = gl.GetError();
 
-    if (first == GL_NO_ERROR)
-        return true;
-    /* A lost context reports errors without end. */
-    for (int i = 0; i < 64 && gl.GetError() != GL_NO_ERROR; i++)
-        continue;
-    return view_fail("%s: OpenGL has %s 0x%04x", where,
-                     first == GL_OUT_OF_MEMORY ? "no memory" : "the error",
-                     first);
+    return error == GL_NO_ERROR ||
+           view_fail("%s: OpenGL has %s 0x%04x", where,
+                     error == GL_OUT_OF_MEMORY ? "no memory" : "the error",
+                     error);
 }
 
 /* ---- shaders --------------------------------------------------------------
@@ -205,9 +224,25 @@ GLuint view_program_from(const view_shader_file *files, const char *defines,
     return 0;
 }
 
-GLuint view_program(const char *vertex_file, const char *fragment_file)
+GLuint view_program(const char *defines, const char *vertex_file,
+                    const char *fragment_file)
 {
-    return view_program_from(view_shader_files, "", vertex_file, fragment_file);
+    char text[1024];
+
+    snprintf(text, sizeof text, "%s %s\n%s", vertex_file, fragment_file,
+             defines);
+    for (int i = 0; i < program_count; i++)
+        if (!strcmp(programs[i].text, text))
+            return programs[i].program;
+    const GLuint program = view_program_from(view_shader_files, defines,
+                                             vertex_file, fragment_file);
+    if (!program)
+        return 0;
+    programs = ibl_need(
+        realloc(programs, (size_t)(program_count + 1) * sizeof *programs));
+    programs[program_count].text = ibl_need(strdup(text));
+    programs[program_count++].program = program;
+    return program;
 }
 
 /* ---- textures -------------------------------------------------------------
@@ -266,23 +301,30 @@ GLuint view_upload_map(const baked_set *set)
     if (!map)
         return 0;
     const GLuint texture =
-        view_float_image(GL_RGB, map->width, map->height, map->data);
+        view_float_image(GL_RGB, map->width, map->height, 0, map->data);
     view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
     return texture;
 }
 
-GLuint view_float_image(GLenum format, int width, int height,
-                        const float *pixels)
+GLuint view_float_image(GLenum format, int width, int height, int layers,
+                        const float *texels)
 {
-    const GLint internal = format == GL_RGB ? GL_RGB32F : GL_RGBA32F;
+    const GLenum target = layers ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D;
+    const GLint internal = format == GL_RED   ? GL_R32F
+                           : format == GL_RGB ? GL_RGB32F
+                                              : GL_RGBA32F;
     GLuint texture = 0;
 
     gl.GenTextures(1, &texture);
-    gl.BindTexture(GL_TEXTURE_2D, texture);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format,
-                  GL_FLOAT, pixels);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    gl.BindTexture(target, texture);
+    if (layers)
+        gl.TexImage3D(target, 0, internal, width, height, layers, 0, format,
+                      GL_FLOAT, texels);
+    else
+        gl.TexImage2D(target, 0, internal, width, height, 0, format, GL_FLOAT,
+                      texels);
+    view_gl_filter(target, GL_NEAREST, 1);
     return texture;
 }
 
@@ -300,7 +342,7 @@ bool view_image_make(view_image *i, int width, int height)
         return true;
     view_image_free(i);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    i->texture = view_float_image(GL_RGBA, width, height, NULL);
+    i->texture = view_float_image(GL_RGBA, width, height, 0, NULL);
     gl.GenRenderbuffers(1, &i->depth);
     gl.BindRenderbuffer(GL_RENDERBUFFER, i->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width,
@@ -327,10 +369,12 @@ void view_image_begin(const view_image *i)
     gl.Clear(GL_DEPTH_BUFFER_BIT);
 }
 
-bool view_mean_add(GLuint program, const view_image *picture, float part,
-                   view_image *mean)
+bool view_mean_add(const view_image *picture, float part, view_image *mean)
 {
-    if (!view_image_make(mean, picture->width, picture->height))
+    const GLuint program =
+        view_program("#define COPY\n", "full.vert", "display.frag");
+
+    if (!program || !view_image_make(mean, picture->width, picture->height))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, mean->framebuffer);
     gl.Viewport(0, 0, mean->width, mean->height);

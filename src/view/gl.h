@@ -39,7 +39,7 @@
     X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri)                  \
     X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
     X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
-    X(VertexAttribDivisor) X(VertexAttribPointer) X(Viewport)
+    X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
 
 typedef struct view_gl {
@@ -65,11 +65,12 @@ void view_gl_filter(GLenum target, GLint filtering, int levels);
 /* Makes and binds a buffer of that size, filled from data unless it is NULL. */
 GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data);
 /* Adds an attribute to the bound vertex array: size floats at an offset of the
- * bound buffer. divisor 1: per instance. */
-void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
-                       GLuint divisor);
+ * bound buffer. */
+void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset);
 /* Draws the triangle of full.vert with a program. */
 void view_gl_draw_full(GLuint program);
+/* Draws strips of four vertices without attributes. */
+void view_gl_draw_quads(GLuint program, int count);
 
 /* The time that OpenGL takes between these calls, in milliseconds; end waits
  * for it. 0: it has no timer. */
@@ -93,25 +94,29 @@ typedef struct view_shader_file {
 } view_shader_file;
 extern const view_shader_file view_shader_files[];
 
-/* Compiles and links, and binds uniform blocks and samplers by name to the
- * places below. 0, with the compiler's first line as the message, after an
- * error. */
-GLuint view_program(const char *vertex_file, const char *fragment_file);
-/* The same from another table, with lines "#define NAME VALUE"
- * before both shaders. */
+/* Compiles and links shaders after lines "#define NAME VALUE", and binds
+ * uniform blocks and samplers by name to the places below. 0, with the
+ * compiler's first line as the message, after an error. */
 GLuint view_program_from(const view_shader_file *files, const char *defines,
                          const char *vertex_file, const char *fragment_file);
+/* The same from view_shader_files, made on first use and kept with the context.
+ */
+GLuint view_program(const char *defines, const char *vertex_file,
+                    const char *fragment_file);
 
 /* Bindings of uniform blocks: "Frame", "Room", "Material". */
 enum {
     VIEW_BLOCK_FRAME,
     VIEW_BLOCK_ROOM,
-    VIEW_BLOCK_MATERIAL
+    VIEW_BLOCK_MATERIAL,
+    VIEW_BLOCKS
 };
+/* Replaces what is in the block's own buffer, and binds that. */
+void view_gl_block(int block, const void *data, size_t bytes);
 
 /* Texture units, and the names of their samplers: of the set, of the linear
  * picture and what it is compared with, of the reference, of the ground, of the
- * room, and of captures. Those of models follow (view/model.c). */
+ * room, of captures, and of models (view/model.c). */
 /* clang-format off */
 #define VIEW_UNITS(X)                                                          \
     X(VIEW_UNIT_SPECULAR, "specular_map")                                      \
@@ -133,15 +138,24 @@ enum {
     X(VIEW_ROOM_UNIT_BUFFER, "probe_buffer")                                   \
     X(VIEW_CAPTURE_UNIT, "source")                                             \
     X(VIEW_CAPTURE_UNIT_AWAY, "source1")                                       \
-    X(VIEW_CAPTURE_UNIT_MORE, "samples")
+    X(VIEW_CAPTURE_UNIT_MORE, "samples")                                       \
+    X(VIEW_MODEL_UNITS, "base_map")                                            \
+    X(VIEW_MODEL_UNIT_ROUGH, "rough_map")                                      \
+    X(VIEW_MODEL_UNIT_NORMAL, "normal_map")                                    \
+    X(VIEW_MODEL_UNIT_OCCLUSION, "occlusion_map")                              \
+    X(VIEW_MODEL_UNIT_EMISSIVE, "emissive_map")                                \
+    X(VIEW_MODEL_UNIT_WEIGHT, "weight_map")                                    \
+    X(VIEW_MODEL_UNIT_F0, "f0_map")                                            \
+    X(VIEW_MODEL_UNIT_COAT, "coat_map")                                        \
+    X(VIEW_MODEL_UNIT_COAT_ROUGH, "coat_rough_map")                            \
+    X(VIEW_MODEL_UNIT_COAT_NORMAL, "coat_normal_map")
 /* clang-format on */
 
 typedef enum view_unit {
 #define VIEW_UNIT_MEMBER(unit, name) unit,
     VIEW_UNITS(VIEW_UNIT_MEMBER)
 #undef VIEW_UNIT_MEMBER
-    VIEW_UNIT_COUNT,
-    VIEW_MODEL_UNITS = VIEW_UNIT_COUNT
+    VIEW_UNIT_COUNT
 } view_unit;
 
 /* ---- textures -------------------------------------------------------------
@@ -160,10 +174,11 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
  * to the active unit. 0: it is not at hand. */
 GLuint view_upload_map(const baked_set *set);
 
-/* Makes a texture of 32-bit floats, GL_RGB or GL_RGBA, that is read texel by
- * texel, on the active unit. pixels NULL: without defined texels. */
-GLuint view_float_image(GLenum format, int width, int height,
-                        const float *pixels);
+/* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, that is read
+ * texel by texel, on the active unit. layers of an array, 0: it is none. texels
+ * NULL: undefined. */
+GLuint view_float_image(GLenum format, int width, int height, int layers,
+                        const float *texels);
 
 /* A picture of RGBA floats to draw into; zeroed: not made yet. */
 typedef struct view_image {
@@ -179,11 +194,9 @@ void view_image_begin(const view_image *i);
 void view_image_free(view_image *i); /* zeroes it, too */
 
 /* Blends a picture into the mean of several, which is made on first use.
- *   program  of shaders/mean.frag
  *   part     its share, 1: it replaces them
  * Leaves the mean bound for drawing, blending off. False, with a message. */
-bool view_mean_add(GLuint program, const view_image *picture, float part,
-                   view_image *mean);
+bool view_mean_add(const view_image *picture, float part, view_image *mean);
 
 /* ---- pictures -------------------------------------------------------------
  */

@@ -219,7 +219,7 @@ static void change(view_app *app, const view_control *c, int step)
     while ((s->mode == VIEW_MODEL && !app->model) ||
            (!strcmp(c->option.name, "reflection") &&
             ((view_needs_lobes(s->reflection) &&
-              !app->set->texture[VIEW_LOBES].data) ||
+              !app->set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data) ||
              (s->mode == VIEW_SCENE && s->reflection == VIEW_REFERENCE))));
     view_control_text(c, s, value);
     view_app_notice(app, "%s: %s", c->label, value);

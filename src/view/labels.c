@@ -29,10 +29,10 @@ static void write_title(const view_app *app, char text[BYTES])
 {
     const view_settings *s = &app->side[0];
     const baked_set *set = app->set;
-    const ibl_texture *chain = &set->texture[VIEW_SPECULAR];
+    const ibl_texture *chain = &set->baked.file[IBL_CONTENT_SPECULAR].texture;
     const int samples = view_renderer_samples(app->renderer);
 
-    snprintf(text, BYTES, "%.80s", set->name);
+    snprintf(text, BYTES, "%.80s", set->baked.name);
     if (set->layer)
         view_add(text, BYTES, ", layer %d", set->layer);
     if (s->mode == VIEW_SPHERES)
@@ -48,9 +48,11 @@ static void write_title(const view_app *app, char text[BYTES])
         view_add(text, BYTES, ", irradiance by %s",
                  view_diffuse_names[view_diffuse_of(s, set)]);
     if (s->mode == VIEW_LEVELS)
-        view_add(text, BYTES, ", level %d of %d, roughness %.3g, faces of %d",
-                 s->level, chain->levels, set->roughness[s->level],
-                 ibl_cube_edge(chain->width, s->level));
+        view_add(
+            text, BYTES, ", level %d of %d, roughness %.3g, faces of %d",
+            s->level, chain->levels,
+            set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[s->level],
+            ibl_cube_edge(chain->width, s->level));
     if (s->layout == VIEW_CROSS &&
         (s->mode == VIEW_LEVELS || s->mode == VIEW_IRRADIANCE_MAP))
         view_add(text, BYTES, ": +Y above, -X +Z +X -Z, -Y below");

@@ -15,49 +15,44 @@
 
 /* ---- tables -------------------------------------------------------------- */
 
-/* Textures of a material, as surface.frag names them. */
+/* Textures of a material, in the order of their units and of surface.frag. */
 static const struct {
-    const char *name;
     size_t at;   /* in ibl_scene_material */
     bool colour; /* sRGB */
 } slots[] = {
-#define SLOT(name, field, colour)                                              \
+#define SLOT(field, colour)                                                    \
     {                                                                          \
-        name, offsetof(ibl_scene_material, field##_texture), colour            \
+        offsetof(ibl_scene_material, field##_texture), colour                  \
     }
-    SLOT("base", base_colour, true),
-    SLOT("rough", metallic_roughness, false),
-    SLOT("normal", normal, false),
-    SLOT("occlusion", occlusion, false),
-    SLOT("emissive", emissive, true),
-    SLOT("weight", specular, false),
-    SLOT("f0", specular_colour, true),
-    SLOT("coat", clearcoat, false),
-    SLOT("coat_rough", clearcoat_roughness, false),
-    SLOT("coat_normal", clearcoat_normal, false),
+    SLOT(base_colour, true),
+    SLOT(metallic_roughness, false),
+    SLOT(normal, false),
+    SLOT(occlusion, false),
+    SLOT(emissive, true),
+    SLOT(specular, false),
+    SLOT(specular_colour, true),
+    SLOT(clearcoat, false),
+    SLOT(clearcoat_roughness, false),
+    SLOT(clearcoat_normal, false),
 #undef SLOT
 };
 
 enum {
     SLOTS = sizeof slots / sizeof *slots,
     COAT_SLOT = 7, /* the first of three */
-    SET_MAPS = 9,  /* that a program looks up besides, at most */
-    /* Bits of a program's key above those of the textures it has, and, from
-     * FEATURE_BITS, its view_lighting_key. */
+    /* What a program does, above the bits of the textures that it has. */
     HAS_MASK = 1 << SLOTS,
     HAS_BLEND = 2 << SLOTS,
     HAS_UNLIT = 4 << SLOTS,
     HAS_TANGENTS = 8 << SLOTS,
     HAS_COAT = 16 << SLOTS,
-    DEPTH_ONLY = 32 << SLOTS,
-    HAS_GLOSS = 64 << SLOTS,
-    BY_PROBES = 128 << SLOTS,
-    FEATURE_BITS = SLOTS + 8
+    HAS_GLOSS = 32 << SLOTS,
+    DEPTH_ONLY = 64 << SLOTS
 };
 
 /* What these bits define, from HAS_MASK on. */
 static const char *const features[] = {"MASK", "BLEND", "UNLIT", "TANGENTS",
-                                       "COAT", "DEPTH", "GLOSS", "PROBES"};
+                                       "COAT", "GLOSS", "DEPTH"};
 
 /* Attributes of model.vert. */
 enum {
@@ -81,7 +76,7 @@ typedef struct model_block {
 
 typedef struct model_material {
     char *name;
-    int key; /* what it adds to the key of programs */
+    int key; /* what its programs do */
     bool blended, double_sided;
     model_block block;
     GLuint texture[SLOTS], sampler[SLOTS]; /* 0: none */
@@ -101,76 +96,19 @@ typedef struct model_draw {
     bool mirrored;
 } model_draw;
 
-typedef struct model_program {
-    int key;
-    GLuint program;
-} model_program;
-
 struct view_model {
     model_part *parts;
     model_material *materials;
     model_draw *draws;
     model_draw **order; /* from back to front */
-    model_program *programs;
     view_pose *cameras;
     /* Textures of images, [0] as numbers and [1] as colours. */
     GLuint *images[2];
-    int part_count, material_count, draw_count, program_count, image_count,
-        camera_count;
-    GLuint blocks; /* buffer of all blocks, block_step bytes apart */
-    GLint block_step;
+    int part_count, material_count, draw_count, image_count, camera_count;
     /* Of the file: the middle of its box, its height below that, the distance
      * of its farthest vertex. */
     double middle[3], below, radius;
 };
-
-/* ---- programs ------------------------------------------------------------ */
-
-static GLuint make_program(int key)
-{
-    char text[4096] = "";
-
-    view_add(text, sizeof text, "#define MODEL\n#define TEXTURES %d\n", SLOTS);
-    view_lighting_define(key >> FEATURE_BITS, text, sizeof text);
-    for (int i = 0; i < FEATURE_BITS - SLOTS; i++)
-        if (key & HAS_MASK << i)
-            view_add(text, sizeof text, "#define %s\n", features[i]);
-    for (int i = 0; i < SLOTS; i++) {
-        const char *n = slots[i].name;
-        if (key & 1 << i)
-            view_add(text, sizeof text,
-                     "#define has_%s\n#define place_%s placed(%d)\n"
-                     "#define look_%s texture(%s_map, placed(%d))\n",
-                     n, n, i, n, n, i);
-        else
-            view_add(text, sizeof text, "#define look_%s vec4(1.0)\n", n);
-    }
-    return view_program_from(view_shader_files, text, "model.vert",
-                             "surface.frag");
-}
-
-/* The program of a key, made on first use; 0, with a message. */
-static GLuint program_of(view_model *m, int key)
-{
-    char name[32];
-
-    for (int i = 0; i < m->program_count; i++)
-        if (m->programs[i].key == key)
-            return m->programs[i].program;
-    m->programs = ibl_need(realloc(m->programs, (size_t)(m->program_count + 1) *
-                                                    sizeof *m->programs));
-    const GLuint program = make_program(key);
-    if (!program)
-        return 0;
-    gl.UseProgram(program);
-    for (int i = 0; i < SLOTS; i++) {
-        snprintf(name, sizeof name, "%s_map", slots[i].name);
-        gl.Uniform1i(gl.GetUniformLocation(program, name),
-                     VIEW_MODEL_UNITS + i);
-    }
-    m->programs[m->program_count++] = (model_program){key, program};
-    return program;
-}
 
 /* ---- materials ----------------------------------------------------------- */
 
@@ -246,7 +184,6 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
 {
     const ibl_scene_material *s = &scene->materials[i];
     model_material *to = &m->materials[i];
-    GLint left;
 
     to->blended = s->alpha_mode == IBL_SCENE_BLEND;
     to->double_sided = s->double_sided;
@@ -255,21 +192,10 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
               (s->clearcoat > 0 && !s->unlit ? HAS_COAT : 0) |
               (s->glossy && !s->unlit ? HAS_GLOSS : 0);
     to->block = block_of(s, i);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, m->blocks);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, (GLintptr)i * m->block_step,
-                     sizeof to->block, &to->block);
-    gl.GetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &left);
-    left -= SET_MAPS;
     for (int slot = 0; slot < SLOTS; slot++) {
         const ibl_scene_texture *t = texture_at(s, slot);
         if (!wants_slot(s, slot))
             continue;
-        if (left-- <= 0) {
-            view_note("material %s: its texture \"%s\" is left out: this "
-                      "OpenGL has too few texture units",
-                      s->name, slots[slot].name);
-            continue;
-        }
         to->key |= 1 << slot;
         gl.GenSamplers(1, &to->sampler[slot]);
         const GLint filters[4][2] = {
@@ -299,7 +225,7 @@ static void add_attribute(GLuint at, int size, const float *from,
         return;
     gl.BufferSubData(GL_ARRAY_BUFFER, (GLintptr)*offset, (GLsizeiptr)bytes,
                      from);
-    view_gl_attribute(at, size, (size_t)size * sizeof *from, *offset, 0);
+    view_gl_attribute(at, size, (size_t)size * sizeof *from, *offset);
     *offset += bytes;
 }
 
@@ -387,14 +313,6 @@ void view_model_place(view_model *m, const double at[3], double radius)
                    at ? radius / m->radius : 1);
 }
 
-void view_model_stand(view_model *m, const double floor[3], double radius)
-{
-    const double at[3] = {floor[0], floor[1] + m->below * radius / m->radius,
-                          floor[2]};
-
-    view_model_place(m, at, radius);
-}
-
 void view_model_move(view_model *m, int draw, const double at[3], double scale)
 {
     place_draw(&m->draws[draw], (const double[3]){0}, at, scale);
@@ -455,12 +373,6 @@ static bool make_materials(view_model *m, const ibl_scene *scene)
 
     m->material_count = scene->material_count;
     m->image_count = scene->image_count;
-    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &m->block_step);
-    m->block_step = ((int)sizeof(model_block) + m->block_step - 1) /
-                    m->block_step * m->block_step;
-    m->blocks =
-        view_gl_buffer(GL_UNIFORM_BUFFER,
-                       (size_t)m->material_count * (size_t)m->block_step, NULL);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_MODEL_UNITS);
     for (int i = 0; i < m->material_count; i++)
         m->materials[i].name = ibl_need(strdup(scene->materials[i].name));
@@ -525,62 +437,62 @@ void view_model_free(view_model *m)
         gl.DeleteSamplers(SLOTS, m->materials[i].sampler);
         free(m->materials[i].name);
     }
-    for (int i = 0; i < m->program_count; i++)
-        gl.DeleteProgram(m->programs[i].program);
     for (int i = 0; i < 2; i++) {
         gl.DeleteTextures(m->image_count, m->images[i]);
         free(m->images[i]);
     }
-    gl.DeleteBuffers(1, &m->blocks);
     free(m->parts);
     free(m->materials);
     free(m->draws);
     free(m->order);
-    free(m->programs);
     free(m->cameras);
     free(m);
 }
 
-int view_model_materials(const view_model *m)
-{
-    return m->material_count;
-}
-
 const char *view_model_material(const view_model *m, int i)
 {
-    return m->materials[i].name;
+    return i < m->material_count ? m->materials[i].name : NULL;
 }
 
 /* ---- drawing ------------------------------------------------------------- */
 
-/* Draws what is blended, or the rest, with the programs of their materials, as
- * far as the pass needs these. */
+static GLuint program_of(int key, const view_lighting *light)
+{
+    char text[512] = "";
+
+    view_add(text, sizeof text, "#define MODEL\n#define HAS %d\n",
+             key & (HAS_MASK - 1));
+    for (size_t i = 0; i < sizeof features / sizeof *features; i++)
+        if (key & HAS_MASK << i)
+            view_add(text, sizeof text, "#define %s\n", features[i]);
+    view_lighting_define(light, text, sizeof text);
+    return view_program(text, "model.vert", "surface.frag");
+}
+
+/* Draws what is blended, or the rest, with the programs of their materials, or
+ * only its depth. */
 static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
-    const int off = light->override ? HAS_UNLIT | HAS_COAT : 0;
-    GLuint used = 0;
+    const view_lighting none = {.probes = light->probes};
 
     for (int i = 0; i < m->draw_count; i++) {
         const model_draw *d = m->order[i];
         const model_part *part = d->part;
         const model_material *material = &m->materials[part->material];
-        const int all = material->key | part->key;
-        const int key =
-            (light->probes ? BY_PROBES : 0) |
-            (depth ? DEPTH_ONLY | (all & HAS_MASK ? all & (HAS_MASK | 1) : 0)
-                   : (all & ~off) | view_lighting_key(light) << FEATURE_BITS);
+        int key = material->key | part->key;
         if (material->blended != blended)
             continue;
-        const GLuint program = program_of(m, key);
+        if (depth)
+            key = DEPTH_ONLY | (key & HAS_MASK ? key & (HAS_MASK | 1) : 0);
+        else if (light->override)
+            key &= ~(HAS_UNLIT | HAS_COAT);
+        const GLuint program = program_of(key, depth ? &none : light);
         if (!program)
             return false;
-        if (program != used)
-            gl.UseProgram(program);
-        used = program;
-        gl.BindBufferRange(GL_UNIFORM_BUFFER, VIEW_BLOCK_MATERIAL, m->blocks,
-                           (GLintptr)part->material * m->block_step,
-                           sizeof(model_block));
+        gl.UseProgram(program);
+        view_gl_block(VIEW_BLOCK_MATERIAL, &material->block,
+                      sizeof material->block);
         for (int slot = 0; slot < SLOTS; slot++)
             if (material->texture[slot]) {
                 view_gl_bind(VIEW_MODEL_UNITS + slot, GL_TEXTURE_2D,
@@ -633,11 +545,11 @@ bool view_model_draw(view_model *m, const view_lighting *light,
     for (GLuint i = TANGENT; i < COLOUR; i++)
         gl.VertexAttrib4f(i, 0, 0, 0, 0);
     gl.VertexAttrib4f(COLOUR, 1, 1, 1, 1);
+    gl.Disable(GL_BLEND);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     bool ok = draw_all(m, false, true, light);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     gl.DepthMask(GL_FALSE);
-    gl.Disable(GL_BLEND);
     ok = ok && draw_all(m, false, false, light);
     gl.Enable(GL_BLEND);
     ok = ok &&
@@ -676,33 +588,35 @@ bool view_model_depth(view_model *m)
 
 /* ---- models or spheres --------------------------------------------------- */
 
-bool view_subject_draw(const view_subject *s, const view_lighting *light,
-                       view_image *picture)
+bool view_subject_draw(const view_subject *s, view_image *picture)
 {
-    const int key = view_lighting_key(light);
-    char text[256] = "";
+    const view_frame *f = s->frame;
+    char text[256];
 
-    gl.BindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer);
-    if (s->model)
-        view_image_begin(picture);
-    if (s->sky)
-        view_gl_draw_full(s->sky);
-    else {
+    view_gl_block(VIEW_BLOCK_FRAME, f, sizeof *f);
+    view_image_begin(picture);
+    gl.Disable(GL_BLEND);
+    if (s->light.parts == VIEW_PARTS_COUNT) {
         gl.ClearColor(0, 0, 0, 0);
         gl.Clear(GL_COLOR_BUFFER_BIT);
+    } else {
+        snprintf(text, sizeof text, "#define BACKDROP %d\n", f->shading[2]);
+        if (f->parts[3])
+            view_add(text, sizeof text, "#define GROUND %g\n",
+                     VIEW_GROUND_HALF);
+        const GLuint sky = view_program(text, "full.vert", "sky.frag");
+        if (!sky)
+            return false;
+        view_gl_draw_full(sky);
     }
     if (s->model)
-        return view_model_draw(s->model, light, s->eye);
-    view_lighting_define(key, text, sizeof text);
-    if (!s->programs[key])
-        s->programs[key] = view_program_from(view_shader_files, text,
-                                             "sphere.vert", "surface.frag");
-    if (!s->programs[key])
-        return false;
+        return view_model_draw(s->model, &s->light, f->eye);
+    *text = '\0';
+    view_lighting_define(&s->light, text, sizeof text);
+    const GLuint spheres = view_program(text, "sphere.vert", "surface.frag");
     gl.Enable(GL_BLEND);
-    gl.UseProgram(s->programs[key]);
-    gl.BindVertexArray(s->instances);
-    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, s->count);
+    if (spheres)
+        view_gl_draw_quads(spheres, f->grid[0] * f->grid[1]);
     gl.Disable(GL_BLEND);
-    return true;
+    return spheres;
 }

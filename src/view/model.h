@@ -23,8 +23,6 @@ void view_model_free(view_model *m); /* NULL is fine */
 
 /* Moves a model: its middle and radius, or NULL: as it is in its file. */
 void view_model_place(view_model *m, const double at[3], double radius);
-/* Stands it on a floor. */
-void view_model_stand(view_model *m, const double floor[3], double radius);
 /* Moves a draw of a scene, by its index. */
 void view_model_move(view_model *m, int draw, const double at[3], double scale);
 
@@ -36,23 +34,16 @@ bool view_model_draw(view_model *m, const view_lighting *light,
 
 /* What a picture of materials shows, over the sky. */
 typedef struct view_subject {
-    GLuint sky;       /* program; 0: black */
-    GLuint instances; /* vertex array of count spheres, from back to front */
-    int count;
-    GLuint *programs;  /* of spheres, made on first use: VIEW_LIGHTINGS */
-    view_model *model; /* in place of the spheres, or NULL */
-    int width, height;
-    const float *eye; /* of the camera, for the order of what is blended */
-    GLuint frame;     /* the buffer of the block "Frame" */
-    GLuint mean;      /* program of view_mean_add */
+    const view_frame *frame;
+    view_model *model; /* or NULL: the spheres */
+    view_lighting light;
 } view_subject;
 
-/* Draws it into a picture of its size; the viewport is set. Colours are times
- * alpha, what covers the pixel. Of VIEW_PARTS_COUNT R is 1 + the index of the
- * opaque material. Changes program, vertex array and units from
- * VIEW_MODEL_UNITS; leaves blending off. False, with a message. */
-bool view_subject_draw(const view_subject *s, const view_lighting *light,
-                       view_image *picture);
+/* Draws it into a picture of its size. Colours are times alpha, what covers the
+ * pixel. Of VIEW_PARTS_COUNT R is 1 + the index of the sphere or the opaque
+ * material, over nothing. Changes program, vertex array, framebuffer and units
+ * from VIEW_MODEL_UNITS; leaves blending off. False, with a message. */
+bool view_subject_draw(const view_subject *s, view_image *picture);
 
 /* A camera of the file; NULL: it has no such one. */
 const view_pose *view_model_camera(const view_model *m, int i);
@@ -62,8 +53,8 @@ double view_model_floor(const view_model *m);
  * message. */
 bool view_model_depth(view_model *m);
 
-/* Names of materials, for reports: "" if the file has none. */
-int view_model_materials(const view_model *m);
+/* Names of materials, for reports: "" if the file has none; NULL: there are
+ * fewer. */
 const char *view_model_material(const view_model *m, int i);
 
 #endif

@@ -470,11 +470,11 @@ bool view_options_may(const view_options *o)
 
 bool view_options_suit(const view_options *o, const baked_set *set)
 {
-    const int levels = set->texture[VIEW_SPECULAR].levels;
+    const int levels = set->baked.file[IBL_CONTENT_SPECULAR].texture.levels;
 
     if (o->settings.level >= levels)
         return view_fail("--level %d: %s has levels 0 to %d", o->settings.level,
-                         set->name, levels - 1);
+                         set->baked.name, levels - 1);
     for (int i = 0; i < 2; i++) {
         const view_settings *s = i ? &o->other : &o->settings;
         const view_reflection asked = s->reflection;
@@ -482,11 +482,13 @@ bool view_options_suit(const view_options *o, const baked_set *set)
             i && o->against_set ? NULL : view_set_lacks(set, s->diffuse);
         if (lacks)
             return view_fail("--diffuse %s: %s: there %s",
-                             view_diffuse_names[s->diffuse], set->name, lacks);
-        if (!set->texture[VIEW_LOBES].data && view_needs_lobes(asked))
+                             view_diffuse_names[s->diffuse], set->baked.name,
+                             lacks);
+        if (!set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data &&
+            view_needs_lobes(asked))
             return view_fail("--reflection %s: %s has no table of lobes, which "
                              "iblbake --lobe-table writes: choose split or fit",
-                             view_reflection_names[asked], set->name);
+                             view_reflection_names[asked], set->baked.name);
     }
     return true;
 }

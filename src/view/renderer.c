@@ -4,9 +4,9 @@
 #include "common/signals.h"
 #include "view/frame.h"
 #include "view/gl.h"
-#include "view/ground.h"
 #include "view/message.h"
 #include "view/truth.h"
+#include "view/vector.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -14,46 +14,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
-};
-
-/* A view_sphere as attributes of sphere.vert. */
-typedef struct instance {
-    float value[12];
-} instance;
-
-_Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
-               "all are attributes");
-
 /* One of two states that are compared, or the only one. */
 typedef struct side {
     const baked_set *set; /* NULL: that of the first side */
-    GLuint maps[VIEW_CONTENTS];
+    GLuint maps[IBL_CONTENTS];
     view_settings settings;   /* of the last draw */
     view_frame frame;         /* the same, at the pixels' centres */
     view_image picture, mean; /* of one place in the pixels; of all so far */
     view_truth *truth;        /* made on first use */
     view_scene *stage;        /* the same */
-    GLuint instances, buffer; /* of spheres */
-    int count;
-    instance sorted[MAX_SPHERES];
 } side;
 
 struct view_renderer {
-    GLuint inspect, display, mean; /* programs */
-    /* Made on first use: of each backdrop without ground and with it, of
-     * spheres, and of tones for materials alone. */
-    GLuint sky[2 * VIEW_BACKDROPS], spheres[VIEW_LIGHTINGS], tone[VIEW_TONES];
-    GLuint nearest, smooth; /* samplers of maps */
-    GLuint frame_buffer;
+    GLuint sampler; /* of maps that are shown */
     side side[2];
     int sides;                    /* of the last draw */
     int places;                   /* drawn */
     const view_probe_set *probes; /* of the scene, or NULL */
     view_model *model;            /* that was set, or NULL */
-    view_ground ground;           /* of the model */
     view_image told;              /* of view_renderer_texel */
+    bool knows_sun;               /* whether that is of the set */
+    ibl_light sun; /* the main one; irradiance 0: there is none */
+    GLuint depth_target, depth[2]; /* of the model from it, from below */
     int samples;     /* of the reference per draw; 0: by the clock */
     GLuint backdrop; /* the map of the set, or 0 */
     bool knows_backdrop;
@@ -62,51 +44,12 @@ struct view_renderer {
     bool stale;     /* the linear pictures must be drawn again */
 };
 
-/* ---- what never changes ------------------------------------------------ */
-
-static GLuint make_sampler(GLint filter)
-{
-    GLuint sampler;
-
-    gl.GenSamplers(1, &sampler);
-    gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER,
-                         filter == GL_LINEAR ? GL_LINEAR_MIPMAP_NEAREST
-                                             : GL_NEAREST_MIPMAP_NEAREST);
-    gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
-    return sampler;
-}
-
-static bool make(view_renderer *r)
-{
-    r->inspect = view_program("full.vert", "inspect.frag");
-    r->display = r->inspect ? view_program("full.vert", "display.frag") : 0;
-    r->mean = r->display ? view_program("full.vert", "mean.frag") : 0;
-    if (!r->mean)
-        return false;
-    for (int i = 0; i < 2; i++) {
-        side *s = &r->side[i];
-        gl.GenVertexArrays(1, &s->instances);
-        gl.BindVertexArray(s->instances);
-        s->buffer = view_gl_buffer(GL_ARRAY_BUFFER, sizeof s->sorted, NULL);
-        for (GLuint k = 0; k < 3; k++)
-            view_gl_attribute(k, 4, sizeof(instance), 4 * k * sizeof(float), 1);
-    }
-    gl.BindVertexArray(0);
-    r->frame_buffer =
-        view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
-    r->nearest = make_sampler(GL_NEAREST);
-    r->smooth = make_sampler(GL_LINEAR);
-    return view_gl_check("making the renderer");
-}
-
 view_renderer *view_renderer_create(void)
 {
     view_renderer *r = ibl_need(calloc(1, sizeof *r));
 
-    if (make(r))
-        return r;
-    view_renderer_free(r);
-    return NULL;
+    gl.GenSamplers(1, &r->sampler);
+    return r;
 }
 
 void view_renderer_free(view_renderer *r)
@@ -135,20 +78,21 @@ static const GLuint *maps_of(const view_renderer *r, int i)
 /* Replaces the maps of a set. */
 static bool load_maps(side *to, const baked_set *set)
 {
-    GLuint maps[VIEW_CONTENTS] = {0};
+    GLuint maps[IBL_CONTENTS] = {0};
 
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const ibl_texture *tex = &set->texture[i];
-        if (!tex->data)
+    for (int i = 0; i < IBL_CONTENTS; i++) {
+        const ibl_set_file *f = &set->baked.file[i];
+        if (!f->texture.data)
             continue; /* the sky and the lobes may be absent */
-        maps[i] = view_upload(
-            tex, false, set->path[i] ? set->path[i] : view_content_names[i]);
+        maps[i] =
+            view_upload(&f->texture, false,
+                        f->path ? f->path : ibl_content_name((ibl_content)i));
         if (!maps[i]) {
-            gl.DeleteTextures(VIEW_CONTENTS, maps);
+            gl.DeleteTextures(IBL_CONTENTS, maps);
             return false;
         }
     }
-    gl.DeleteTextures(VIEW_CONTENTS, to->maps);
+    gl.DeleteTextures(IBL_CONTENTS, to->maps);
     memcpy(to->maps, maps, sizeof maps);
     to->set = set;
     return true;
@@ -158,7 +102,7 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
 {
     if (!load_maps(&r->side[0], set))
         return false;
-    r->knows_backdrop = r->ground.known = false;
+    r->knows_backdrop = r->knows_sun = false;
     view_renderer_probes(r, r->probes);
     for (int i = 0; i < 2; i++) {
         view_truth_free(r->side[i].truth); /* made again on its next use */
@@ -203,75 +147,101 @@ static void find_backdrop(view_renderer *r, const view_settings *s)
     r->knows_backdrop = true;
 }
 
-static void bind_maps(const GLuint maps[VIEW_CONTENTS])
+static void bind_maps(const GLuint maps[IBL_CONTENTS])
 {
-    const GLuint sky = maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
-    const GLuint level0 = maps[VIEW_SPECULAR];
+    const GLuint sky = maps[IBL_CONTENT_SKYBOX], cube = GL_TEXTURE_CUBE_MAP;
+    const GLuint level0 = maps[IBL_CONTENT_SPECULAR];
 
     view_gl_bind(VIEW_UNIT_SPECULAR, cube, level0);
-    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, maps[VIEW_IRRADIANCE]);
-    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[VIEW_LUT]);
+    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, maps[IBL_CONTENT_IRRADIANCE]);
+    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, maps[IBL_CONTENT_LUT]);
     view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
-    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY, maps[VIEW_LOBES]);
+    view_gl_bind(VIEW_UNIT_LOBES, GL_TEXTURE_2D_ARRAY,
+                 maps[IBL_CONTENT_LOBE_TABLE]);
 }
 
-/* ---- spheres ----------------------------------------------------------- */
+/* ---- the ground --------------------------------------------------------- */
 
-static double distance2(const view_sphere *p, const double eye[3])
+/* A round matte ground below a model, which takes its shadows: of the main
+ * light by a map of depth, and of the rest of the sky, as if that were even, by
+ * another from below, whose texels are patches that hide it. sky.frag draws it
+ * with what is behind the model: seen from above, the model is before all of
+ * it. */
+enum {
+    GROUND_EDGE = 1024 /* of the maps, which show the sphere of the model */
+};
+
+/* Finds the main light: the first that was taken out of the set, or would be
+ * out of its map, if that is at hand. */
+static void find_light(view_renderer *r, const baked_set *set)
 {
-    double sum = 0;
+    const ibl_image *map =
+        set->baked.light_count ? NULL : view_set_source(set, NULL);
+    ibl_ctx *ctx = NULL;
+    ibl_image copy;
+    int count = set->baked.light_count;
 
-    for (int k = 0; k < 3; k++)
-        sum += (p->centre[k] - eye[k]) * (p->centre[k] - eye[k]);
-    return sum;
-}
-
-/* From back to front: among spheres of equal radius, a farther centre is never
- * in front. Sorted by insertion, since the order hardly changes. */
-static void update_spheres(view_renderer *r, side *to, const view_settings *s)
-{
-    const view_camera camera = view_camera_of(s, r->area.width, r->area.height);
-    view_sphere spheres[MAX_SPHERES];
-    instance sorted[MAX_SPHERES];
-    int order[MAX_SPHERES];
-    const int count = view_grid(s, spheres);
-    const size_t bytes = count * sizeof *sorted;
-
-    for (int i = 0; i < count; i++) {
-        int at = i;
-        const double d = distance2(&spheres[i], camera.eye);
-        for (; at && distance2(&spheres[order[at - 1]], camera.eye) < d; at--)
-            order[at] = order[at - 1];
-        order[at] = i;
+    r->knows_sun = true;
+    r->sun = set->baked.light[0];
+    if (map && !ibl_ctx_create(NULL, &ctx) &&
+        !ibl_image_alloc(ctx, map->width, map->height, &copy)) {
+        memcpy(copy.data, map->data,
+               3 * (size_t)map->width * (size_t)map->height *
+                   sizeof *copy.data);
+        if (ibl_image_take_lights(ctx, &copy, set->baked.yaw_deg, 1, &r->sun,
+                                  &count))
+            count = 0;
+        ibl_image_free(&copy);
     }
-    for (int i = 0; i < count; i++) {
-        double values[12];
-        memcpy(values, &spheres[order[i]], sizeof values);
-        for (int k = 0; k < 12; k++)
-            sorted[i].value[k] = (float)values[k];
-    }
-    if (count == to->count && !memcmp(sorted, to->sorted, bytes))
-        return;
-    view_renderer_restart(r);
-    to->count = count;
-    memcpy(to->sorted, sorted, bytes);
-    gl.BindBuffer(GL_ARRAY_BUFFER, to->buffer);
-    gl.BufferSubData(GL_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, sorted);
+    ibl_ctx_free(ctx);
+    if (!count)
+        r->sun = (ibl_light){.radius = 0};
 }
 
-/* ---- frames ------------------------------------------------------------ */
-
-static void upload_frame(const view_renderer *r, const view_frame *f)
+/* Orthographic from far away in a unit direction: column-major, from the world
+ * to clip space. */
+static void look_from(const double d[3], float clip[16])
 {
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof *f, f);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
+    const double beside[3] = {fabs(d[0]) < 0.9, fabs(d[0]) >= 0.9, 0};
+    double x[3], y[3];
+
+    cross3(beside, d, x);
+    normalise3(x);
+    cross3(d, x, y);
+    for (int k = 0; k < 4; k++) {
+        clip[4 * k] = k < 3 ? (float)(x[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 1] = k < 3 ? (float)(y[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 2] = k < 3 ? (float)(-d[k] / VIEW_GROUND_HALF) : 0;
+        clip[4 * k + 3] = k == 3;
+    }
 }
 
 static bool has_ground(const view_settings *s)
 {
     return s->ground && s->mode == VIEW_MODEL;
 }
+
+static void fill_ground(const view_renderer *r, const view_settings *s,
+                        view_frame *f)
+{
+    /* Light that is in the maps alone is no part of these. */
+    const bool in_all =
+        s->parts == VIEW_PARTS_ALL || s->parts == VIEW_PARTS_DIFFUSE;
+    double to[3];
+
+    f->ground[0] = (float)view_model_floor(r->model);
+    f->ground[1] = 2.5F;
+    f->ground[2] = (float)tan(r->sun.radius);
+    view_turn(-s->turn, r->sun.direction, to);
+    if (to[1] <= 0 || (!in_all && !r->side[0].set->baked.light_count))
+        return;
+    for (int k = 0; k < 3; k++)
+        f->ground_sun[k] = (float)(r->sun.irradiance[k] * to[1] / M_PI);
+    f->ground[3] = 1;
+    look_from(to, f->ground_light);
+}
+
+/* ---- frames ------------------------------------------------------------ */
 
 /* Backdrop and main light are those of the first set for both. */
 static void fill_frame(const view_renderer *r, int i, const view_settings *s,
@@ -280,12 +250,12 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
     view_frame_fill(f, s, set_of(r, i), r->area.width, r->area.height);
     f->diffuse[3] = (float)view_set_lit_by(set_of(r, 0));
     if (has_ground(s))
-        view_ground_fill(&r->ground, s, set_of(r, 0), r->model, f);
+        fill_ground(r, s, f);
     if (!r->backdrop)
         return;
     if (f->shading[2] == VIEW_BACKDROP_CUBE && !set_of(r, 0)->own_sky)
         f->shading[2] = VIEW_BACKDROP_MAP;
-    f->diffuse[2] = (float)(set_of(r, 0)->source_yaw / 360);
+    f->diffuse[2] = (float)(set_of(r, 0)->baked.yaw_deg / 360);
 }
 
 /* Captures what is due for the scene; the picture begins anew if that changes
@@ -293,17 +263,19 @@ static void fill_frame(const view_renderer *r, int i, const view_settings *s,
 static bool update_stage(view_renderer *r, int i, const view_settings *s)
 {
     side *of = &r->side[i];
-    const GLuint *maps = maps_of(r, i), level0 = maps[VIEW_SPECULAR];
-    view_room_environment e = {.specular = level0,
-                               .irradiance = maps[VIEW_IRRADIANCE],
-                               .sky = maps[VIEW_SKY] ? maps[VIEW_SKY] : level0,
-                               .map = r->backdrop && !set_of(r, 0)->own_sky};
+    const GLuint *maps = maps_of(r, i), level0 = maps[IBL_CONTENT_SPECULAR];
+    view_room_environment e = {
+        .specular = level0,
+        .irradiance = maps[IBL_CONTENT_IRRADIANCE],
+        .sky = maps[IBL_CONTENT_SKYBOX] ? maps[IBL_CONTENT_SKYBOX] : level0,
+        .map = r->backdrop && !set_of(r, 0)->own_sky};
 
     fill_frame(r, i, s, &e.frame);
     if (!of->stage && (of->stage = view_scene_create()))
         view_scene_use(of->stage, r->probes);
-    return of->stage && view_scene_update(of->stage, s, &e, maps[VIEW_LUT],
-                                          r->model, &r->stale);
+    return of->stage &&
+           view_scene_update(of->stage, s, &e, maps[IBL_CONTENT_LUT], r->model,
+                             &r->stale);
 }
 
 /* Prepares what the mode shows. False, with a message. */
@@ -313,11 +285,8 @@ static bool update(view_renderer *r, int i, const view_settings *state)
     view_settings at = *state, *s = &at;
     view_frame frame;
 
-    if (has_ground(s) && !r->ground.known)
-        view_ground_load(&r->ground, set_of(r, 0));
-
-    if (s->mode == VIEW_SPHERES)
-        update_spheres(r, to, s);
+    if (has_ground(s) && !r->knows_sun)
+        find_light(r, set_of(r, 0));
     if (s->mode == VIEW_MODEL) {
         view_model_place(r->model, (const double[3]){0}, 1);
         s->pose = view_model_camera(r->model, s->file_camera - 1);
@@ -334,12 +303,6 @@ static bool update(view_renderer *r, int i, const view_settings *state)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* The program of what is behind materials. */
-static GLuint *sky_of(view_renderer *r, const side *of)
-{
-    return &r->sky[2 * of->frame.shading[2] + has_ground(&of->settings)];
-}
-
 /* Whether the tone curve is all that is to display. */
 static bool is_plain(const view_renderer *r)
 {
@@ -349,118 +312,108 @@ static bool is_plain(const view_renderer *r)
            s->background != VIEW_BACKGROUND_TRANSPARENT;
 }
 
-/* Makes the programs of the frame. */
-static bool make_variants(view_renderer *r)
+/* Draws the maps of depth for a frame, and binds them. */
+static bool draw_depths(view_renderer *r, const view_frame *f)
 {
-    const view_settings *s = &r->side[0].settings;
-    char define[64];
+    static const double below[3] = {0, -1, 0};
+    const bool made = r->depth[0];
+    view_frame from = *f;
+    bool ok = true;
 
-    for (int i = 0; i < r->sides && view_shows_materials(s); i++) {
-        const side *of = &r->side[i];
-        snprintf(define, sizeof define, "#define BACKDROP %d\n%s",
-                 of->frame.shading[2],
-                 has_ground(&of->settings) ? VIEW_GROUND_DEFINE : "");
-        if (!*sky_of(r, of))
-            *sky_of(r, of) = view_program_from(view_shader_files, define,
-                                               "full.vert", "sky.frag");
-        if (!*sky_of(r, of))
-            return false;
+    if (!made) {
+        gl.GenFramebuffers(1, &r->depth_target);
+        gl.GenTextures(2, r->depth);
     }
-    snprintf(define, sizeof define, "#define TONE %d\n", (int)s->tone);
-    if (is_plain(r) && !r->tone[s->tone])
-        r->tone[s->tone] = view_program_from(view_shader_files, define,
-                                             "full.vert", "display.frag");
-    return !is_plain(r) || r->tone[s->tone];
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->depth_target);
+    gl.DrawBuffer(GL_NONE);
+    gl.Viewport(0, 0, GROUND_EDGE, GROUND_EDGE);
+    for (int i = 0; i < 2 && ok; i++) {
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, r->depth[i]);
+        if (!made) {
+            gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, GROUND_EDGE,
+                          GROUND_EDGE, 0, GL_DEPTH_COMPONENT, GL_FLOAT, NULL);
+            view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+        }
+        if (i)
+            look_from(below, from.clip);
+        else
+            memcpy(from.clip, f->ground_light, sizeof from.clip);
+        view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
+        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
+                                GL_TEXTURE_2D, r->depth[i], 0);
+        ok = view_model_depth(r->model);
+    }
+    return ok;
 }
 
-static view_subject subject(view_renderer *r, const side *of)
-{
-    const bool shows_model = of->settings.mode == VIEW_MODEL;
-
-    return (view_subject){.sky = *sky_of(r, of),
-                          .instances = of->instances,
-                          .count = of->count,
-                          .programs = r->spheres,
-                          .model = shows_model ? r->model : NULL,
-                          .width = r->area.width,
-                          .height = r->area.height,
-                          .eye = of->frame.eye,
-                          .frame = r->frame_buffer,
-                          .mean = r->mean};
-}
-
-/* Draws a map. */
-static void inspect(const view_renderer *r, GLuint sampler)
+/* Draws a map; pointer: with a third of 1 what is under that pixel, for
+ * view_renderer_texel. */
+static bool inspect(const view_renderer *r, const side *of,
+                    const view_image *to, bool filter, const GLfloat pointer[3])
 {
     static const GLuint units[] = {VIEW_UNIT_SPECULAR, VIEW_UNIT_IRRADIANCE,
                                    VIEW_UNIT_BACKDROP};
+    const GLuint program = view_program("", "full.vert", "inspect.frag");
 
+    if (!program)
+        return false;
+    gl.SamplerParameteri(r->sampler, GL_TEXTURE_MIN_FILTER,
+                         filter ? GL_LINEAR_MIPMAP_NEAREST
+                                : GL_NEAREST_MIPMAP_NEAREST);
+    gl.SamplerParameteri(r->sampler, GL_TEXTURE_MAG_FILTER,
+                         filter ? GL_LINEAR : GL_NEAREST);
+    view_gl_block(VIEW_BLOCK_FRAME, &of->frame, sizeof of->frame);
+    view_image_begin(to);
+    gl.Disable(GL_BLEND);
+    gl.UseProgram(program);
+    gl.Uniform4f(gl.GetUniformLocation(program, "pointer"), pointer[0],
+                 pointer[1], pointer[2], 0);
     for (int i = 0; i < 3; i++)
-        gl.BindSampler(units[i], sampler);
-    view_gl_draw_full(r->inspect);
+        gl.BindSampler(units[i], r->sampler);
+    view_gl_draw_full(program);
     for (int i = 0; i < 3; i++)
         gl.BindSampler(units[i], 0);
+    return true;
 }
 
 bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4])
 {
-    const GLint pointer = gl.GetUniformLocation(r->inspect, "pointer");
+    const GLfloat pointer[3] = {(float)x + 0.5F, (float)y + 0.5F, 1};
 
-    if (!view_image_make(&r->told, 3, 1))
-        return false;
-    view_image_begin(&r->told);
-    gl.Disable(GL_BLEND);
     bind_maps(maps_of(r, 0));
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    gl.UseProgram(r->inspect);
-    gl.Uniform4f(pointer, (float)x + 0.5F, (float)y + 0.5F, 1, 0);
-    inspect(r, r->nearest);
-    gl.Uniform4f(pointer, 0, 0, 0, 0);
+    if (!view_image_make(&r->told, 3, 1) ||
+        !inspect(r, &r->side[0], &r->told, false, pointer))
+        return false;
     gl.ReadPixels(0, 0, 3, 1, GL_RGBA, GL_FLOAT, told);
     return told[2][3] >= 0;
 }
 
-/* Uploads the frame of the next place of a state. */
-static view_settings set_place(const view_renderer *r, int i)
-{
-    view_settings at = r->side[i].settings;
-    view_frame frame;
-
-    view_set_place(&at, r->places % view_places(&at));
-    fill_frame(r, i, &at, &frame);
-    upload_frame(r, &frame);
-    return at;
-}
-
-/* Draws one place of a state. */
+/* Draws the next place of a state, or samples of the reference. */
 static bool draw_place(view_renderer *r, int i)
 {
     side *of = &r->side[i];
-    const view_subject seen = subject(r, of);
-    const view_settings at = set_place(r, i);
-    const view_lighting light = {.reflection = at.reflection,
-                                 .diffuse = view_diffuse_of(&at, set_of(r, i)),
-                                 .parts = at.parts,
-                                 .rough_fresnel = at.rough_fresnel,
-                                 .override = at.override != VIEW_AS_IS};
+    view_settings at = of->settings;
+    view_frame frame;
+    const view_subject seen = {
+        .frame = &frame,
+        .model = at.mode == VIEW_MODEL ? r->model : NULL,
+        .light = {.reflection = at.reflection,
+                  .diffuse = view_diffuse_of(&at, set_of(r, i)),
+                  .parts = at.parts,
+                  .rough_fresnel = at.rough_fresnel,
+                  .override = at.override != VIEW_AS_IS}};
 
+    view_set_place(&at, r->places % view_places(&at));
+    fill_frame(r, i, &at, &frame);
     if (at.mode == VIEW_SCENE)
         return view_scene_draw(of->stage, &at, &of->picture);
-    if (view_shows_materials(&at))
-        return view_subject_draw(&seen, &light, &of->picture);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, of->picture.framebuffer);
-    inspect(r, at.filter ? r->smooth : r->nearest);
-    return true;
-}
-
-static bool draw_truth(view_renderer *r, int i)
-{
-    side *of = &r->side[i];
-    const view_subject seen = subject(r, of);
-
+    if (!view_shows_materials(&at))
+        return inspect(r, of, &of->picture, at.filter, (const GLfloat[3]){0});
+    if (!view_wants_reference(&at))
+        return view_subject_draw(&seen, &of->picture);
     if (!of->truth)
         of->truth = view_truth_create(set_of(r, 0));
-    set_place(r, i);
     return of->truth &&
            view_truth_draw(of->truth, &of->frame, &seen, r->samples);
 }
@@ -470,40 +423,42 @@ static bool draw_side(view_renderer *r, int i)
 {
     side *of = &r->side[i];
     const int all = view_places(&of->settings);
+    const bool sampled = view_wants_reference(&of->settings);
 
+    if (r->places >= all && !sampled)
+        return true;
     bind_maps(maps_of(r, i));
-    if (has_ground(&of->settings) &&
-        !view_ground_draw(&r->ground, &of->frame, r->model,
-                          r->places == 0 || r->sides > 1))
+    if (has_ground(&of->settings) && !draw_depths(r, &of->frame))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    gl.Viewport(0, 0, r->area.width, r->area.height);
-    gl.Disable(GL_BLEND);
-    if (view_wants_reference(&of->settings))
-        return draw_truth(r, i);
-    if (r->places >= all)
-        return true;
-    return view_image_make(&of->picture, r->area.width, r->area.height) &&
+    return (sampled ||
+            view_image_make(&of->picture, r->area.width, r->area.height)) &&
            draw_place(r, i) &&
-           (all == 1 || view_mean_add(r->mean, &of->picture,
-                                      1 / (1 + (float)r->places), &of->mean));
+           (sampled || all == 1 ||
+            view_mean_add(&of->picture, 1 / (1 + (float)r->places), &of->mean));
 }
 
 static GLuint picture_of(const view_renderer *r, int i)
 {
     const side *of = &r->side[i];
 
-    return view_wants_reference(&of->settings) ? view_truth_texture(of->truth)
+    return view_wants_reference(&of->settings) ? of->truth->mean.texture
            : view_places(&of->settings) > 1    ? of->mean.texture
                                                : of->picture.texture;
 }
 
-static void display_pass(const view_renderer *r, GLuint framebuffer, int x,
-                         int y)
+static bool display_pass(const view_renderer *r, const view_frame *f,
+                         GLuint framebuffer, int x, int y)
 {
-    const GLuint program =
-        is_plain(r) ? r->tone[r->side[0].settings.tone] : r->display;
+    char text[32];
 
+    snprintf(text, sizeof text, "#define TONE %d\n", f->show[0]);
+    const GLuint program =
+        view_program(is_plain(r) && f->show[0] >= 0 ? text : "", "full.vert",
+                     "display.frag");
+    if (!program)
+        return false;
+    view_gl_block(VIEW_BLOCK_FRAME, f, sizeof *f);
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.Viewport(x, y, r->area.width, r->area.height);
     gl.Disable(GL_BLEND);
@@ -513,6 +468,7 @@ static void display_pass(const view_renderer *r, GLuint framebuffer, int x,
     gl.UseProgram(program);
     gl.Uniform2f(gl.GetUniformLocation(program, "origin"), (float)x, (float)y);
     view_gl_draw_full(program);
+    return true;
 }
 
 bool view_renderer_draw(view_renderer *r, const view_settings state[2],
@@ -535,7 +491,6 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
     if (r->stale)
         r->places = 0;
     r->stale = false;
-    ok = ok && make_variants(r);
     for (int i = 0; i < r->sides && ok; i++) {
         if (state[i].seams)
             gl.Disable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
@@ -547,9 +502,8 @@ bool view_renderer_draw(view_renderer *r, const view_settings state[2],
         return false;
     }
     r->places++;
-    upload_frame(r, &r->side[0].frame);
-    display_pass(r, r->target, area->x, area->y);
-    return view_gl_check("drawing");
+    return display_pass(r, &r->side[0].frame, r->target, area->x, area->y) &&
+           view_gl_check("drawing");
 }
 
 void view_renderer_target(view_renderer *r, GLuint framebuffer)
@@ -561,8 +515,7 @@ void view_renderer_show(view_renderer *r, double ev)
 {
     r->side[0].settings.ev = ev;
     r->side[0].frame.display[0] = (float)exp2(ev);
-    upload_frame(r, &r->side[0].frame);
-    display_pass(r, r->target, r->area.x, r->area.y);
+    display_pass(r, &r->side[0].frame, r->target, r->area.x, r->area.y);
 }
 
 bool view_renderer_complete(const view_renderer *r)
@@ -598,14 +551,10 @@ bool view_renderer_linear(const view_renderer *r, float *rgb)
     view_image shown = {0};
 
     raw.show[0] = -1;
-    upload_frame(r, &raw);
-    bool ok = view_image_make(&shown, width, height);
-    if (ok) {
-        display_pass(r, shown.framebuffer, 0, 0);
-        ok = read_floats(r, shown.texture, GL_RGB, rgb);
-    }
+    const bool ok = view_image_make(&shown, width, height) &&
+                    display_pass(r, &raw, shown.framebuffer, 0, 0) &&
+                    read_floats(r, shown.texture, GL_RGB, rgb);
     view_image_free(&shown);
-    upload_frame(r, &r->side[0].frame);
     return ok;
 }
 
@@ -625,12 +574,12 @@ static const side *sampled(const view_renderer *r)
 
 int view_renderer_samples(const view_renderer *r)
 {
-    return sampled(r) ? view_truth_samples(sampled(r)->truth) : 0;
+    return sampled(r) ? sampled(r)->truth->samples : 0;
 }
 
 const char *view_renderer_environment(const view_renderer *r)
 {
-    return sampled(r) ? view_truth_environment(sampled(r)->truth) : NULL;
+    return sampled(r) ? sampled(r)->truth->environment : NULL;
 }
 
 void view_renderer_restart(view_renderer *r)
@@ -638,7 +587,7 @@ void view_renderer_restart(view_renderer *r)
     r->stale = true;
     for (int i = 0; i < 2; i++)
         if (r->side[i].truth)
-            view_truth_restart(r->side[i].truth);
+            r->side[i].truth->samples = 0;
 }
 
 void view_renderer_pace(view_renderer *r, int samples)
@@ -648,34 +597,27 @@ void view_renderer_pace(view_renderer *r, int samples)
 
 /* What each pixel shows: a sphere of the grid, an opaque material of the model,
  * of other pictures 0 where there is something; -1: nothing. */
-static bool find_shown(view_renderer *r, int *shown)
+static bool find_shown(const view_renderer *r, int *shown)
 {
-    side *of = &r->side[0];
-    const view_settings *s = &of->settings;
+    const side *of = &r->side[0];
+    const bool numbers = view_shows_materials(&of->settings);
     const size_t count = (size_t)r->area.width * (size_t)r->area.height;
-    const view_lighting number = {.parts = VIEW_PARTS_COUNT};
-    view_subject seen = subject(r, of);
-    view_image picture = {0};
-    bool ok = true;
-
-    if (s->mode == VIEW_SPHERES) {
-        view_errors_spheres(s, r->area.width, r->area.height, shown);
-        return true;
-    }
+    const view_subject seen = {
+        .frame = &of->frame,
+        .model = of->settings.mode == VIEW_MODEL ? r->model : NULL,
+        .light = {.parts = VIEW_PARTS_COUNT}};
     float *value = ibl_need(malloc(count * sizeof *value));
-    if (s->mode == VIEW_MODEL) {
-        gl.Viewport(0, 0, r->area.width, r->area.height);
-        upload_frame(r, &of->frame);
-        seen.sky = 0;
-        ok = view_image_make(&picture, r->area.width, r->area.height) &&
-             view_subject_draw(&seen, &number, &picture) &&
-             read_floats(r, picture.texture, GL_RED, value);
-        view_image_free(&picture);
-    } else {
-        ok = read_floats(r, of->picture.texture, GL_ALPHA, value);
-    }
+    view_image picture = {0};
+    const bool ok =
+        (!numbers ||
+         (view_image_make(&picture, r->area.width, r->area.height) &&
+          view_subject_draw(&seen, &picture))) &&
+        read_floats(r, numbers ? picture.texture : of->picture.texture,
+                    numbers ? GL_RED : GL_ALPHA, value);
+
+    view_image_free(&picture);
     for (size_t i = 0; i < count; i++)
-        shown[i] = s->mode == VIEW_MODEL ? (int)value[i] - 1 : -(value[i] <= 0);
+        shown[i] = numbers ? (int)value[i] - 1 : -(value[i] <= 0);
     free(value);
     return ok;
 }
@@ -683,10 +625,11 @@ static bool find_shown(view_renderer *r, int *shown)
 int view_renderer_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
+    int count = s->mode == VIEW_SPHERES ? s->rows * s->columns : 1;
 
-    return s->mode == VIEW_MODEL     ? view_model_materials(r->model)
-           : s->mode == VIEW_SPHERES ? s->rows * s->columns
-                                     : 1;
+    while (s->mode == VIEW_MODEL && view_model_material(r->model, count))
+        count++;
+    return count;
 }
 
 const char *view_renderer_part(const view_renderer *r, int i)

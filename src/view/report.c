@@ -76,7 +76,8 @@ void view_report_side(const view_settings *side, int i, const baked_set *set,
 {
     const view_control *c;
 
-    snprintf(text, size, "%.80s", other->name ? (i ? other : set)->name : "");
+    snprintf(text, size, "%.80s",
+             other->baked.name ? (i ? other : set)->baked.name : "");
     for (int k = 0; (c = view_control_at(k)); k++) {
         char mine[80], its[80];
         if (!c->label || !(c->where & VIEW_OF_SIDE))
@@ -140,13 +141,15 @@ void view_report_print(view_renderer *r, const view_settings *s,
 
 void view_report_set(const baked_set *set)
 {
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const ibl_texture *t = &set->texture[i];
+    for (int i = 0; i < IBL_CONTENTS; i++) {
+        const ibl_set_file *f = &set->baked.file[i];
+        const ibl_texture *t = &f->texture;
         if (t->data)
-            view_tell("%s: %s, %dx%d, levels: %d, %s", view_content_names[i],
-                      set->path[i] ? set->path[i] : "made by the library",
-                      t->width, t->height, t->levels,
-                      ibl_pixel_name(set->path[i] ? set->pixel[i] : t->pixel));
+            view_tell("%s: %s, %dx%d, levels: %d, %s",
+                      ibl_content_name((ibl_content)i),
+                      f->path ? f->path : "made by the library", t->width,
+                      t->height, t->levels,
+                      ibl_pixel_name(f->path ? f->pixel : t->pixel));
     }
     fflush(stdout);
 }

@@ -440,7 +440,7 @@ view_room *view_room_create(void)
     static const float black[4 * IBL_FACES];
     view_room *r = ibl_need(calloc(1, sizeof *r));
 
-    r->sky = view_program("full.vert", "room.frag");
+    r->sky = view_program("", "full.vert", "room.frag");
     if (!r->sky || !(r->model = make_model()))
         goto fail;
     r->frame = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);

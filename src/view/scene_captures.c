@@ -309,8 +309,8 @@ bool view_scene_update(view_scene *st, const view_settings *s,
         view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
         /* From the floor to the top of the mirror. */
         radius = 0.5 * (middle[1] + radius);
-        middle[1] = 0;
-        view_model_stand(guest, middle, radius);
+        middle[1] = -radius * view_model_floor(guest);
+        view_model_place(guest, middle, radius);
     }
     st->now.draw = (view_room_draw){
         .seconds = s->seconds,

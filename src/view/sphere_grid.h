@@ -22,7 +22,7 @@ enum {
 /* Ended by a NULL name; the first is the default. */
 extern const view_material view_materials[VIEW_MATERIALS + 1];
 
-/* In the order of sphere.vert's attributes. */
+/* As shaders/sphere.vert has it. */
 typedef struct view_sphere {
     double centre[3], radius;
     double f0[3]; /* mix of dielectric_f0 and metal by metallic */

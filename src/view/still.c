@@ -142,13 +142,14 @@ static const axis axes[VIEW_MODES][2] = {
 
 static int axis_count(axis of, const baked_set *set)
 {
-    const bool lobes = set->texture[VIEW_LOBES].data;
-    const int counts[] = {[MATERIAL] = VIEW_MATERIALS,
-                          [TURN] = 4,
-                          [TONE] = VIEW_TONES,
-                          [EV] = 5,
-                          [LEVEL] = set->texture[VIEW_SPECULAR].levels,
-                          [REFLECTION] = lobes ? VIEW_REFLECTIONS : 3};
+    const bool lobes = set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data;
+    const int counts[] = {
+        [MATERIAL] = VIEW_MATERIALS,
+        [TURN] = 4,
+        [TONE] = VIEW_TONES,
+        [EV] = 5,
+        [LEVEL] = set->baked.file[IBL_CONTENT_SPECULAR].texture.levels,
+        [REFLECTION] = lobes ? VIEW_REFLECTIONS : 3};
 
     return counts[of];
 }
@@ -176,11 +177,13 @@ static void axis_apply(axis of, const baked_set *set, int i, view_settings *s,
         break;
     case LEVEL:
         s->level = i;
-        snprintf(label, size, "level %d, r %.3g", i, set->roughness[i]);
+        snprintf(label, size, "level %d, r %.3g", i,
+                 set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[i]);
         break;
     case REFLECTION:
         s->reflection = (view_reflection)i;
-        if (view_needs_lobes(s->reflection) && !set->texture[VIEW_LOBES].data)
+        if (view_needs_lobes(s->reflection) &&
+            !set->baked.file[IBL_CONTENT_LOBE_TABLE].texture.data)
             s->reflection = VIEW_REFERENCE;
         snprintf(label, size, "%s", view_reflection_names[s->reflection]);
     }

@@ -83,22 +83,6 @@ void view_aim_free(view_aim *aim)
 #define MOST_BY_CLOCK 64
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
-struct view_truth {
-    GLuint tokens, chance;   /* textures */
-    const char *what;        /* what the environment is */
-    const view_model *model; /* of the samples so far, or NULL */
-    view_lighting light;
-    int sampling[4]; /* of the frame */
-    /* Sky and spheres of one pass; the means of all passes and of every second.
-     */
-    view_image pass, mean, second;
-    view_frame shown; /* frame of the samples so far */
-    int samples;      /* in the mean; 0: it holds nothing */
-    int seconds;      /* in the mean of every second pass */
-    bool even;        /* the last pass is one of these */
-    int by_clock;     /* samples of the next frame */
-};
-
 void view_truth_free(view_truth *t)
 {
     if (!t)
@@ -111,84 +95,59 @@ void view_truth_free(view_truth *t)
     free(t);
 }
 
-static void upload_aim(view_truth *t, const view_aim *aim)
+view_truth *view_truth_create(const baked_set *set)
 {
-    view_gl_bind(VIEW_TRUTH_UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
-                  GL_RED, GL_FLOAT, aim->tokens);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-    view_gl_bind(VIEW_TRUTH_UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
-    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
-                  GL_RED, GL_FLOAT, aim->chance);
-    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_NEAREST, 1);
-    gl.ActiveTexture(GL_TEXTURE0);
-}
-
-static bool load(view_truth *t, const baked_set *set)
-{
+    view_truth *t = ibl_need(calloc(1, sizeof *t));
     ibl_cube cube;
     view_aim aim;
     int level = 0;
 
-    if (!view_set_environment(set, &cube, &t->what))
-        return false;
+    if (!view_set_environment(set, &cube, &t->environment)) {
+        free(t);
+        return NULL;
+    }
     while (level + 1 < cube.levels &&
            ibl_cube_edge(cube.size, level) > VIEW_AIM_EDGE)
         level++;
     view_aim_make(ibl_cube_edge(cube.size, level),
                   ibl_cube_face(&cube, level, 0), &aim);
     ibl_cube_free(&cube);
-    if (aim.edge)
-        upload_aim(t, &aim);
+    if (aim.edge) {
+        gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_TOKENS);
+        t->tokens =
+            view_float_image(GL_RED, VIEW_AIM_ROW, VIEW_AIM_ROW, 0, aim.tokens);
+        gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_CHANCE);
+        t->chance =
+            view_float_image(GL_RED, aim.edge, aim.edge, IBL_FACES, aim.chance);
+        gl.ActiveTexture(GL_TEXTURE0);
+    }
+    t->by_clock = 1;
     t->sampling[2] = aim.edge;
     t->sampling[3] =
-        view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->light_count : 0;
+        view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->baked.light_count : 0;
     view_aim_free(&aim);
-    return view_gl_check("the table of the environment's lights");
-}
-
-view_truth *view_truth_create(const baked_set *set)
-{
-    view_truth *t = ibl_need(calloc(1, sizeof *t));
-
-    gl.GenTextures(1, &t->tokens);
-    gl.GenTextures(1, &t->chance);
-    t->by_clock = 1;
-    t->light.reflection = VIEW_REFERENCE;
-    if (load(t, set))
-        return t;
-    view_truth_free(t);
-    return NULL;
-}
-
-const char *view_truth_environment(const view_truth *t)
-{
-    return t->what;
-}
-
-void view_truth_restart(view_truth *t)
-{
-    t->samples = 0;
+    return t;
 }
 
 /* Adds samples, at most MOST_SAMPLES. */
 static bool draw_pass(view_truth *t, const view_subject *seen, int samples)
 {
+    view_frame frame = *seen->frame;
+    view_subject sampled = *seen;
+
     t->sampling[0] = t->samples;
     t->sampling[1] = samples;
-    gl.BindBuffer(GL_UNIFORM_BUFFER, seen->frame);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, offsetof(view_frame, sampling),
-                     sizeof t->sampling, t->sampling);
-    if (!view_subject_draw(seen, &t->light, &t->pass))
+    memcpy(frame.sampling, t->sampling, sizeof t->sampling);
+    sampled.frame = &frame;
+    if (!view_subject_draw(&sampled, &t->pass))
         return false;
     t->even = t->samples && !t->even;
     t->seconds = t->samples ? t->seconds + t->even * samples : 0;
     t->samples += samples;
     const float part = (float)samples;
-    return view_mean_add(seen->mean, &t->pass, part / (float)t->samples,
-                         &t->mean) &&
-           (!t->even || view_mean_add(seen->mean, &t->pass,
-                                      part / (float)t->seconds, &t->second));
+    return view_mean_add(&t->pass, part / (float)t->samples, &t->mean) &&
+           (!t->even ||
+            view_mean_add(&t->pass, part / (float)t->seconds, &t->second));
 }
 
 bool view_truth_draw(view_truth *t, const view_frame *frame,
@@ -197,10 +156,9 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     const bool by_clock = samples == 0;
     const double start = by_clock ? ibl_now() : 0.0;
 
-    if (!view_image_make(&t->pass, seen->width, seen->height))
+    if (!view_image_make(&t->pass, (int)frame->viewport[0],
+                         (int)frame->viewport[1]))
         return false;
-    gl.Viewport(0, 0, seen->width, seen->height);
-    gl.Disable(GL_BLEND);
     if (!t->samples || t->model != seen->model ||
         memcmp(frame, &t->shown, VIEW_FRAME_REFERENCE) != 0) {
         t->samples = 0;
@@ -208,9 +166,6 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     }
     t->model = seen->model;
     t->shown = *frame;
-    t->light.parts = (view_parts)frame->parts[0];
-    t->light.rough_fresnel = frame->parts[1];
-    t->light.override = frame->parts[2] != VIEW_AS_IS;
     if (by_clock)
         samples = t->by_clock;
     if (samples > VIEW_TRUTH_SAMPLES - t->samples)
@@ -237,16 +192,6 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
     return true;
 }
 
-GLuint view_truth_texture(const view_truth *t)
-{
-    return t->mean.texture;
-}
-
-int view_truth_samples(const view_truth *t)
-{
-    return t->samples;
-}
-
 GLuint view_truth_second(const view_truth *t, double *factor)
 {
     const int rest = t->samples - t->seconds;
@@ -268,21 +213,6 @@ double view_error_rmse(view_error e)
 double view_error_noise(view_error e)
 {
     return e.noise2 > 0 ? sqrt(e.noise2 / e.truth2) : 0;
-}
-
-void view_errors_spheres(const view_settings *s, int width, int height,
-                         int *shown)
-{
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const view_camera camera = view_camera_of(s, width, height);
-    const int count = view_grid(s, spheres);
-    double direction[3];
-
-    for (int i = 0; i < width * height; i++) {
-        view_camera_ray(&camera, width, height, i % width, i / width,
-                        direction);
-        shown[i] = view_grid_hit(spheres, count, camera.eye, direction, NULL);
-    }
 }
 
 void view_errors(const int *shown, int count, int width, int height,

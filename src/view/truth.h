@@ -14,33 +14,39 @@
 #include "view/gl.h"
 #include "view/model.h"
 
-typedef struct view_truth view_truth;
-
 #define VIEW_TRUTH_SAMPLES 4096 /* most samples of a pixel */
+
+typedef struct view_truth {
+    const char *environment; /* what it integrates, as "level 0" */
+    view_image mean; /* of all samples, composed with the sky as the split sum
+                        is */
+    int samples;     /* of each pixel so far; 0: it begins anew */
+    /* Of truth.c: */
+    GLuint tokens, chance;   /* view_aim, as textures */
+    const view_model *model; /* of the samples so far, or NULL */
+    view_frame shown;        /* the same */
+    int sampling[4];         /* of the frame */
+    view_image pass, second; /* the last; the mean of every second pass */
+    int seconds;             /* samples in that */
+    bool even;               /* the last pass is one of these */
+    int by_clock;            /* samples of the next frame */
+} view_truth;
 
 /* Makes the table of lights (view_aim) of a set, whose textures must be bound
  * when it draws. NULL, with a message. */
 view_truth *view_truth_create(const baked_set *set);
 void view_truth_free(view_truth *t); /* NULL is fine */
-/* What it integrates, as "level 0". */
-const char *view_truth_environment(const view_truth *t);
-/* Discards all samples; call it when the spheres have changed. */
-void view_truth_restart(view_truth *t);
 /*
  * Adds samples to the picture of what is seen; begins anew if frame differs in
  * more than its display, or the subject in size or model.
- *   frame      the uniform block "Frame" at binding 0, but for the place in the
- *              pixels, which may change
+ *   frame      that of the pixels' centres; seen has that of a place in them,
+ *              which may change
  *   samples    for each pixel; 0: as many as keep a frame quick, by the clock
  * Changes program, vertex array and framebuffer; blending is off, the viewport
  * is the picture's. False, with a message.
  */
 bool view_truth_draw(view_truth *t, const view_frame *frame,
                      const view_subject *seen, int samples);
-/* RGBA32F: the mean of all samples, composed with the sky as the split sum is.
- * 0 before the first draw. */
-GLuint view_truth_texture(const view_truth *t);
-int view_truth_samples(const view_truth *t); /* samples of each pixel so far */
 /*
  * The mean of every second pass, for the noise of the mean of all: of N
  * independent samples, M of them in these passes, the variance of the
@@ -102,10 +108,6 @@ double view_error_rmse(view_error e);
 /* The part of it that is noise; 0: unknown. */
 double view_error_noise(view_error e);
 
-/* The sphere that each pixel shows, of the grid row by row from the bottom
- * left; -1: none. Rows from the top. */
-void view_errors_spheres(const view_settings *s, int width, int height,
-                         int *shown);
 /*
  * Sums errors over what is shown. Only pixels count whose eight neighbours show
  * the same.

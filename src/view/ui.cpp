@@ -87,8 +87,8 @@ void make_arrays()
     gl.BindVertexArray(ui.array);
     ui.vertices = view_gl_buffer(GL_ARRAY_BUFFER, 0, nullptr);
     ui.indices = view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER, 0, nullptr);
-    view_gl_attribute(0, 2, vertex, offsetof(ImDrawVert, pos), 0);
-    view_gl_attribute(1, 2, vertex, offsetof(ImDrawVert, uv), 0);
+    view_gl_attribute(0, 2, vertex, offsetof(ImDrawVert, pos));
+    view_gl_attribute(1, 2, vertex, offsetof(ImDrawVert, uv));
     gl.EnableVertexAttribArray(2);
     gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, vertex,
                            (const void *)offsetof(ImDrawVert, col));
@@ -319,7 +319,7 @@ void show_progress(const view_app *app)
 {
     begin_window("progress", ImVec2(0.5F * ui.width, 0.5F * ui.height), middle,
                  ImVec2(0.5F * ui.width, 0), ImGuiWindowFlags_NoDecoration);
-    ImGui::TextWrapped("baking %s: %s", app->baking, app->stage);
+    ImGui::TextWrapped("baking %s", app->baking);
     ImGui::ProgressBar((float)app->baked);
     ImGui::End();
 }
@@ -357,7 +357,7 @@ bool view_ui_make(double scale)
     ImGui::GetStyle().ScaleAllSizes(ui.scale);
     ImGui::GetStyle().WindowRounding = 0;
     ImGui::GetIO().IniFilename = nullptr;
-    ui.program = view_program("ui.vert", "ui.frag");
+    ui.program = view_program("", "ui.vert", "ui.frag");
     if (!ui.program)
         return false;
     ui.window = gl.GetUniformLocation(ui.program, "window");

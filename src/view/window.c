@@ -245,7 +245,7 @@ static bool draw(view_app *app)
         view_stats_tell(&app->stats, app->renderer, &app->side[0]);
     }
     snprintf(title, sizeof title, "%s | %.1f ms",
-             app->set ? app->set->name : "iblview", app->frame_ms);
+             app->set ? app->set->baked.name : "iblview", app->frame_ms);
     ibl_one_line(title);
     glfwSetWindowTitle(app->window, title);
     return true;

@@ -97,7 +97,8 @@ static void view_sidecar(const fuzz_input *in, ibl_console *console)
     const bool ok = view_set_open(fuzz_ctx, &what, &set);
     fuzz_said(!ok);
     if (ok)
-        FUZZ_NEED(set.light_count >= 0 && set.light_count <= IBL_MAX_LIGHTS &&
+        FUZZ_NEED(set.baked.light_count >= 0 &&
+                  set.baked.light_count <= IBL_MAX_LIGHTS &&
                   set.sh_degree >= -1);
     view_set_free(&set);
 }

@@ -26,12 +26,12 @@ bool raw() {
 // split one by one: in cells of 1 around their centres, in the plane z = 0.
 vec2 split_place(vec2 pixel) {
     vec3 d = ray_through(pixel);
-    vec2 grid = vec2(show.w, inspect_at.w);
-    if (show.w == 0 || d.z * eye.z >= 0.0)
+    vec2 size = vec2(grid.xy);
+    if (grid.x == 0 || d.z * eye.z >= 0.0)
         return vec2(pixel.x / viewport.x, 0.0);
-    vec2 cell = eye.xy - eye.z / d.z * d.xy + 0.5 * grid;
+    vec2 cell = eye.xy - eye.z / d.z * d.xy + 0.5 * size;
     bool beyond = any(lessThan(cell, vec2(0.0))) ||
-                  any(greaterThan(cell, grid));
+                  any(greaterThan(cell, size));
     return vec2(fract(cell.x), beyond ? -1.0 : fract(cell.y));
 }
 
@@ -47,7 +47,7 @@ float seam() {
     vec2 beside = pixel + vec2(left ? 1.0 : -1.0, 0.0);
     float y = abs(at.y - 0.5);
     if (on_left(beside) == left || abs(split_place(beside).x - at.x) > 0.5 ||
-        (show.w != 0 && (y < 0.4 || y > 0.5)))
+        (grid.x != 0 && (y < 0.4 || y > 0.5)))
         return 0.0;
     return left ? -1.0 : 1.0;
 }
@@ -80,6 +80,10 @@ vec3 shown(vec3 c) {
 void main() {
     pixel = gl_FragCoord.xy - origin;
     vec4 c = texelFetch(picture, ivec2(pixel), 0);
+#ifdef COPY // which blending adds to the mean of several
+    colour = c;
+    return;
+#endif
 #ifndef TONE
     float line = show.z == SPLIT && !raw() ? seam() : 0.0;
     if (line != 0.0) {

@@ -19,8 +19,10 @@ layout(std140) uniform Frame {
     vec4 light_intensity[4];
     vec4 background;
     vec4 constant;
-    vec4 override_colour;
-    vec4 override_f0;
+    vec4 metal;
+    vec4 plastic;
+    vec4 ranges;
+    ivec4 grid;
     mat4 ground_light;
     vec4 ground_sun;
     vec4 ground;

@@ -19,7 +19,7 @@ vec3 of_level(vec3 d)
 }
 
 #ifdef GROUND
-uniform sampler2D light_depth, below_depth; // of view/ground.h
+uniform sampler2D light_depth, below_depth; // of view/renderer.c
 
 // Share of the main light that reaches a point: percentage-closer soft shadows
 // (Fernando 2005). The mean distance of what is before the light's disc, as

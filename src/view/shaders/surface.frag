@@ -10,7 +10,8 @@
 
 layout(location = 0) out vec4 colour;
 
-// view_parts of view/settings.h; after the last, the number of the material.
+// view_parts of view/settings.h; after the last, the number of the sphere or
+// the material.
 #ifndef PARTS
 #define PARTS 0
 #endif
@@ -89,15 +90,18 @@ void main()
     if (coverage <= 0.0)
         return;
 #endif
+    if (PARTS == NUMBER) {
+        vec2 place = round(ball.xy + 0.5 * (vec2(grid.xy) - 1.0));
+        colour = vec4(1.0 + place.x + place.y * float(grid.x), 0.0, 0.0,
+                      coverage);
+        return;
+    }
     vec3 k = diffuse_factor(s, albedo);
     lit(s, any(notEqual(k, vec3(0.0))), 0u, specular, light);
     colour = vec4(specular + k * light + ambient(s, albedo, ball_f0.a),
                   coverage);
 }
 #else
-// Of each texture view/model.c defines look_NAME, its texel or white, and, if
-// there is one, has_NAME and place_NAME, its coordinates.
-
 // model_block of view/model.c: the same members in the same order.
 layout(std140) uniform Material {
     vec4 base_colour;
@@ -105,11 +109,19 @@ layout(std140) uniform Material {
     vec4 surface_factors; // metallic, roughness, normal scale, occlusion
     vec4 specular_factors; // F0 of the dielectric, weight
     vec4 coat_factors; // clearcoat, roughness, normal scale, alpha cutoff
-    vec4 rows[2 * TEXTURES]; // of texture transforms: u, v, 1, coordinates
+    vec4 rows[2 * 10]; // of texture transforms: u, v, 1, coordinates
 };
 
 uniform sampler2D base_map, rough_map, normal_map, occlusion_map, emissive_map,
     weight_map, f0_map, coat_map, coat_rough_map, coat_normal_map;
+
+// Textures by their number among these, in the order of view/model.c; HAS has a
+// bit for each that there is.
+const int BASE = 0, ROUGH = 1, NORMAL = 2, OCCLUSION = 3, EMISSIVE = 4,
+    WEIGHT = 5, F0 = 6, COAT_WEIGHT = 7, COAT_ROUGH = 8, COAT_NORMAL = 9;
+#define has(i) ((HAS >> i & 1) != 0)
+// Its texel, or white.
+#define look(i, map) (has(i) ? texture(map, placed(i)) : vec4(1.0))
 
 in vec3 at;
 in vec3 at_normal;
@@ -159,7 +171,7 @@ surface layer(vec3 n, vec3 f0, float roughness)
 
 void main()
 {
-    vec4 base = base_colour * at_colour * look_base;
+    vec4 base = base_colour * at_colour * look(BASE, base_map);
 #ifdef MASK
     if (base.a < coat_factors.w)
         discard;
@@ -172,23 +184,25 @@ void main()
     vec3 smooth_normal = normalize(at_normal) *
                          (gl_FrontFacing ? 1.0 : -1.0);
     vec3 n = smooth_normal;
-#ifdef has_normal
-    n = bumped(n, look_normal.xyz, place_normal, surface_factors.z);
-#endif
-    float metallic = clamp(surface_factors.x * look_rough.b, 0.0, 1.0);
-    float weight = mix(specular_factors.w * look_weight.a, 1.0, metallic);
-    vec3 dielectric = min(specular_factors.rgb * look_f0.rgb, 1.0);
+    if (has(NORMAL))
+        n = bumped(n, look(NORMAL, normal_map).xyz, placed(NORMAL),
+                   surface_factors.z);
+    vec4 rough = look(ROUGH, rough_map);
+    float metallic = clamp(surface_factors.x * rough.b, 0.0, 1.0);
+    float weight = mix(specular_factors.w * look(WEIGHT, weight_map).a, 1.0,
+                       metallic);
+    vec3 dielectric = min(specular_factors.rgb * look(F0, f0_map).rgb, 1.0);
 #ifdef GLOSS
-    float roughness = 1.0 - (1.0 - surface_factors.y) * look_rough.a;
+    float roughness = 1.0 - (1.0 - surface_factors.y) * rough.a;
 #else
-    float roughness = surface_factors.y * look_rough.g;
+    float roughness = surface_factors.y * rough.g;
 #endif
-    vec3 emitted = emissive.rgb * look_emissive.rgb;
+    vec3 emitted = emissive.rgb * look(EMISSIVE, emissive_map).rgb;
 #ifdef OVERRIDE
-    base.rgb = override_colour.rgb;
-    roughness = override_colour.a;
-    dielectric = override_f0.rgb;
-    metallic = override_f0.a;
+    base.rgb = metal.rgb;
+    roughness = metal.a;
+    dielectric = plastic.rgb;
+    metallic = plastic.a;
     weight = 1.0;
     emitted = vec3(0.0);
 #endif
@@ -198,15 +212,16 @@ void main()
     vec3 specular, light;
     lit(s, true, 0u, specular, light);
     vec3 seen = weight * specular + k * light + ambient(s, albedo, metallic);
-    float open = mix(1.0, look_occlusion.r, surface_factors.w);
+    float open = mix(1.0, look(OCCLUSION, occlusion_map).r, surface_factors.w);
     seen = seen * open + emitted * float(PARTS == ALL);
 #ifdef COAT
     n = smooth_normal;
-#ifdef has_coat_normal
-    n = bumped(n, look_coat_normal.xyz, place_coat_normal, coat_factors.z);
-#endif
-    s = layer(n, vec3(0.04), coat_factors.y * look_coat_rough.g);
-    float coat = coat_factors.x * look_coat.r;
+    if (has(COAT_NORMAL))
+        n = bumped(n, look(COAT_NORMAL, coat_normal_map).xyz,
+                   placed(COAT_NORMAL), coat_factors.z);
+    s = layer(n, vec3(0.04),
+              coat_factors.y * look(COAT_ROUGH, coat_rough_map).g);
+    float coat = coat_factors.x * look(COAT_WEIGHT, coat_map).r;
     lit(s, false, 3u, specular, light);
     seen = mix(seen, seen * 0.96 * (1.0 - pow(1.0 - s.n_v, 5.0)), coat) +
            coat * open * specular;
