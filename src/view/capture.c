@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/process.h"
 #include "common/signals.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -35,7 +34,7 @@ struct view_capture {
     GLint at[PASSES];      /* the uniform of each */
     view_image picture[2]; /* one for all faces, or one per paraboloid */
     GLuint framebuffer;
-    GLuint lookup;  /* cube, blurred from level 1 on */
+    GLuint lookup;  /* cube of a level more, blurred from level 1 on */
     GLuint samples; /* as from make_samples */
 };
 
@@ -64,42 +63,44 @@ static bool make_cubes(GLuint *cubes, int size, int levels, int count)
     return ok;
 }
 
-bool view_cubes_make(view_cubes *c, int size, int count)
+bool view_probe_maps_make(view_probe_maps *m, int size, int count)
 {
-    if (make_cubes(&c->specular, size, ibl_default_levels(size), count) &&
-        make_cubes(&c->irradiance, VIEW_CAPTURE_IRRADIANCE, 1, count))
+    const int levels = ibl_default_levels(size);
+
+    *m = (view_probe_maps){.lod = {(float)(levels - 1), 0, (float)(levels - 1)},
+                           .irradiance_scale = 1};
+    if (make_cubes(&m->specular, size, levels, count) &&
+        make_cubes(&m->irradiance, VIEW_CAPTURE_IRRADIANCE, 1, count))
         return true;
-    view_cubes_free(c);
+    view_probe_maps_free(m);
     return false;
 }
 
-void view_cubes_free(view_cubes *c)
+void view_probe_maps_free(view_probe_maps *m)
 {
-    gl.DeleteTextures(1, &c->irradiance);
-    gl.DeleteTextures(1, &c->specular);
-    *c = (view_cubes){0};
+    gl.DeleteTextures(1, &m->irradiance);
+    gl.DeleteTextures(1, &m->specular);
+    *m = (view_probe_maps){0};
 }
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Fills a face from the bound textures. */
+/* Fills a face, -1: all, from the bound textures. */
 static void fill(const view_capture *c, int pass, cube_level to, int face,
                  double x, double y)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
-    gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, to.cubes,
-                               to.level, IBL_FACES * to.layer + face);
     gl.Viewport(0, 0, to.edge, to.edge);
-    gl.UseProgram(c->program[pass]);
-    gl.Uniform4f(c->at[pass], (float)face, (float)to.edge, (float)x, (float)y);
-    view_gl_draw_full(c->program[pass]);
-}
-
-static void fill_all(const view_capture *c, int pass, cube_level to, double x,
-                     double y)
-{
-    for (int face = 0; face < IBL_FACES; face++)
-        fill(c, pass, to, face, x, y);
+    for (int i = 0; i < IBL_FACES; i++) {
+        if (face >= 0 && face != i)
+            continue;
+        gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                                   to.cubes, to.level,
+                                   IBL_FACES * to.layer + i);
+        gl.UseProgram(c->program[pass]);
+        gl.Uniform4f(c->at[pass], (float)i, (float)to.edge, (float)x, (float)y);
+        view_gl_draw_full(c->program[pass]);
+    }
 }
 
 /* ---- samples ------------------------------------------------------------ */
@@ -126,15 +127,6 @@ static const double blur_variance = 5.0 / 3;
 /* Turn from one point to the next: the golden ratio - 1. */
 static const double golden = 0.6180339887498949;
 
-static int lookup_levels(int size)
-{
-    int levels = 1;
-
-    while (size >> levels >= 4)
-        levels++;
-    return levels;
-}
-
 /* Mixes levels only from 1/6 to 5/6, so one lookup in three needs one level and
  * half the work. */
 static double snap_level(double lod)
@@ -153,7 +145,7 @@ static void place_points(double alpha, int count, int size, float *samples)
     /* Lookups in level 0 show its texels. Level 1 must do where it is narrow
      * enough for the lobe. */
     const double least = 4 * blur_variance * texel < a2;
-    const double most = lookup_levels(size) - 1;
+    const double most = ibl_default_levels(size);
     double sum = 0;
 
     for (int i = 0; i < count; i++) {
@@ -223,7 +215,7 @@ view_capture *view_capture_create(view_probe_capture kind, int size)
         c->at[i] = gl.GetUniformLocation(c->program[i], "target");
         ok = c->program[i];
     }
-    if (ok && !make_cubes(&c->lookup, size, lookup_levels(size), 1))
+    if (ok && !make_cubes(&c->lookup, size, c->levels + 1, 1))
         ok = view_fail("this OpenGL has no room for the cubes of a capture");
     make_samples(c);
     if (ok && view_gl_check("making a capture"))
@@ -304,17 +296,17 @@ static void blur(const view_capture *c, int level)
     const double middle = 4.0 / n / n; /* the solid angle there */
 
     use_lookups(c, level - 1, level - 1);
-    fill_all(c, BLUR, (cube_level){c->lookup, 0, level, n},
-             blur_variance * mean * (level > 1 ? 0.75 : 1),
-             middle / (level > 1 ? 6 : 24));
+    fill(c, BLUR, (cube_level){c->lookup, 0, level, n}, -1,
+         blur_variance * mean * (level > 1 ? 0.75 : 1),
+         middle / (level > 1 ? 6 : 24));
 }
 
 void view_capture_update(view_capture *c, view_room *room,
-                         const view_room_draw *draw_by, const view_cubes *to,
-                         int layer)
+                         const view_room_draw *draw_by,
+                         const view_probe_maps *to, int layer)
 {
     const cube_level first = {to->specular, layer, 0, c->size};
-    const int blurs = lookup_levels(c->size) - 1;
+    const int blurs = c->levels;
     const bool two = c->kind == VIEW_PROBE_PARABOLOIDS;
     view_room_draw d = *draw_by;
 
@@ -324,21 +316,21 @@ void view_capture_update(view_capture *c, view_room *room,
         view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
         view_gl_bind(VIEW_CAPTURE_UNIT_AWAY, GL_TEXTURE_2D,
                      c->picture[1].texture);
-        fill_all(c, PARABOLOID, (cube_level){c->lookup, 0, 0, c->size}, 0, 0);
-        fill_all(c, PARABOLOID, first, 0, 0);
+        fill(c, PARABOLOID, (cube_level){c->lookup, 0, 0, c->size}, -1, 0, 0);
+        fill(c, PARABOLOID, first, -1, 0, 0);
     }
     for (int level = 1; level <= blurs; level++)
         blur(c, level);
     use_lookups(c, 0, blurs);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    for (int l = 1; l < c->levels; l++)
-        fill_all(
-            c, LOBE,
-            (cube_level){to->specular, layer, l, ibl_cube_edge(c->size, l)},
-            l - 1, SAMPLES);
-    fill_all(c, LOBE,
-             (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE},
-             c->levels - 1, MOST_SAMPLES);
+    for (int l = 1; l < c->levels; l++) {
+        const int n = ibl_cube_edge(c->size, l);
+        fill(c, LOBE, (cube_level){to->specular, layer, l, n}, -1, l - 1,
+             SAMPLES);
+    }
+    fill(c, LOBE,
+         (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE}, -1,
+         c->levels - 1, MOST_SAMPLES);
     gl.UseProgram(0);
     gl.ActiveTexture(GL_TEXTURE0);
 }

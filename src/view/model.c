@@ -741,33 +741,14 @@ typedef struct ball {
     unsigned char texels[HEIGHT][2 * HEIGHT][4];
 } ball;
 
-#define NONE                                                                   \
-    {                                                                          \
-        .image = -1                                                            \
-    }
-const ibl_scene_material view_model_plain = {
-    .name = "",
-    .base_colour = {1, 1, 1, 1},
-    .metallic = 1,
-    .roughness = 1,
-    .normal_scale = 1,
-    .ior = 1.5F,
-    .specular = 1,
-    .specular_colour = {1, 1, 1},
-    .base_colour_texture = NONE,
-    .metallic_roughness_texture = NONE,
-    .normal_texture = NONE,
-    .occlusion_texture = NONE,
-    .emissive_texture = NONE,
-    .specular_texture = NONE,
-    .specular_colour_texture = NONE,
-};
-
 view_model *view_model_ball(void)
 {
     static char name[] = "material ball";
     ball *b = ibl_need(malloc(sizeof *b));
-    ibl_scene_material material = view_model_plain;
+    ibl_scene_material material = {
+        VIEW_MODEL_PLAIN, .base_colour = {1, 1, 1, 1},
+        .metallic = 1,    .roughness = 1,
+        .ior = 1.5F,      .specular = 1};
     ibl_scene_primitive primitive = {.vertex_count = VERTICES,
                                      .index_count = 6 * ROWS * COLUMNS,
                                      .position = b->position[0],

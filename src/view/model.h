@@ -28,8 +28,19 @@ void view_model_stand(view_model *m, const double floor[3], double radius);
 /* Moves a draw of a scene, by its index. */
 void view_model_move(view_model *m, int draw, const double at[3], double scale);
 
-/* A material of no textures and all defaults. */
-extern const ibl_scene_material view_model_plain;
+/* Of the initialiser of a material: no name, no textures. */
+#define VIEW_MODEL_NONE                                                        \
+    {                                                                          \
+        .image = -1                                                            \
+    }
+#define VIEW_MODEL_PLAIN                                                       \
+    .name = "", .normal_scale = 1, .specular_colour = {1, 1, 1},               \
+    .base_colour_texture = VIEW_MODEL_NONE,                                    \
+    .metallic_roughness_texture = VIEW_MODEL_NONE,                             \
+    .normal_texture = VIEW_MODEL_NONE, .occlusion_texture = VIEW_MODEL_NONE,   \
+    .emissive_texture = VIEW_MODEL_NONE, .specular_texture = VIEW_MODEL_NONE,  \
+    .specular_colour_texture = VIEW_MODEL_NONE
+
 /* A sphere with a normal map around its middle, of no material of its own:
  * see view_override. NULL, with a message. */
 view_model *view_model_ball(void);

@@ -2,7 +2,7 @@
 // Passes of view/capture.c, each a program, that fill a cube's face; most of
 // them read an array of one cube. Row 0, first in memory, is the top row.
 #include "cube.glsl"
-#include "paraboloid.glsl"
+#include "room.glsl"
 
 uniform vec4 target; // the face, its edge, two numbers of the pass
 
