@@ -170,18 +170,17 @@ static void place_points(double alpha, int count, int size, float *samples)
         samples[4 * i + 2] /= (float)sum;
 }
 
+/* A row for each level; the first for irradiance: of roughness 1 it is N.L. */
 static void make_samples(view_capture *c)
 {
     const size_t row = (size_t)4 * MOST_SAMPLES;
     float *all = ibl_need(calloc((size_t)c->levels, row * sizeof *all));
 
-    for (int l = 1; l <= c->levels; l++) {
-        const bool diffuse = l == c->levels; /* of roughness 1 is N.L */
+    for (int l = 0; l < c->levels; l++) {
         const double r =
-            diffuse ? 1
-                    : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, c->levels);
-        place_points(r * r, diffuse ? MOST_SAMPLES : SAMPLES, c->size,
-                     all + row * (size_t)(l - 1));
+            l ? ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, c->levels) : 1;
+        place_points(r * r, l ? SAMPLES : MOST_SAMPLES, c->size,
+                     all + row * (size_t)l);
     }
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
     c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, all);
@@ -239,6 +238,18 @@ void view_capture_free(view_capture *c)
     free(c);
 }
 
+/* ---- updates ----------------------------------------------------------- */
+
+/* For each face, then for the paraboloids towards +Z and -Z, which are upright:
+ * view direction, x axis (next column), y axis (next row). OpenGL stores the
+ * lowest row of a picture first: it is the face's row 0. */
+static const int axes[IBL_FACES + 2][3][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
+    {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},  {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
+};
+
 /* Binds the lookups and limits passes to their levels first..last. */
 static void use_lookups(const view_capture *c, int first, int last)
 {
@@ -249,88 +260,55 @@ static void use_lookups(const view_capture *c, int first, int last)
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }
 
-/* ---- drawing the scene ------------------------------------------------- */
-
-/* For each face: view direction, x axis (next column), y axis (next row).
- * OpenGL stores the lowest row of a picture first: it is the face's row 0. */
-static const int faces[IBL_FACES][3][3] = {
-    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
-    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
-    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
-};
-/* The same for the paraboloids, upright, towards +Z and -Z. */
-static const int paraboloids[2][3][3] = {
-    {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},
-    {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
-};
-
-/* Draws a face, or a paraboloid. */
-static void draw(view_capture *c, view_room *room, view_room_draw *d, int index,
-                 cube_level to)
-{
-    const bool two = d->paraboloid = c->kind == VIEW_PROBE_PARABOLOIDS;
-
-    for (int k = 0; k < 3; k++) {
-        const int(*axes)[3] = two ? paraboloids[index] : faces[index];
-        d->camera.forward[k] = axes[0][k];
-        d->camera.right[k] = axes[1][k];
-        d->camera.up[k] = axes[2][k];
-    }
-    if (!view_room_render(room, d, &c->picture[two ? index : 0]) || two)
-        return;
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
-    fill(c, FACE, (cube_level){c->lookup, 0, 0, c->size}, index, 0, 0);
-    fill(c, FACE, to, index, 0, 0);
-}
-
-/* ---- lookups ----------------------------------------------------------- */
-
-/* Makes a level of the lookups from the one before, so that lookups have the
- * variance blur_variance everywhere. The blur adds what is missing. Already
- * there: 1/6 of a texel of that place, by interpolation, and from level 1 on a
- * quarter of the whole. */
-static void blur(const view_capture *c, int level)
-{
-    const int n = c->size >> level;
-    const double mean = 4 * M_PI / (6.0 * n * n);
-    const double middle = 4.0 / n / n; /* the solid angle there */
-
-    use_lookups(c, level - 1, level - 1);
-    fill(c, BLUR, (cube_level){c->lookup, 0, level, n}, -1,
-         blur_variance * mean * (level > 1 ? 0.75 : 1),
-         middle / (level > 1 ? 6 : 24));
-}
-
 void view_capture_update(view_capture *c, view_room *room,
-                         const view_room_draw *draw_by,
-                         const view_probe_maps *to, int layer)
+                         const view_room_draw *draw, const view_probe_maps *to,
+                         int layer)
 {
-    const cube_level first = {to->specular, layer, 0, c->size};
-    const int blurs = c->levels;
     const bool two = c->kind == VIEW_PROBE_PARABOLOIDS;
-    view_room_draw d = *draw_by;
+    const cube_level sharp[2] = {{c->lookup, 0, 0, c->size},
+                                 {to->specular, layer, 0, c->size}};
+    view_room_draw d = *draw;
 
-    for (int i = 0; i < (two ? 2 : IBL_FACES); i++)
-        draw(c, room, &d, i, first);
-    if (two) {
+    d.paraboloid = two;
+    for (int i = 0; i < (two ? 2 : IBL_FACES); i++) {
+        const int(*axis)[3] = axes[two ? IBL_FACES + i : i];
+        for (int k = 0; k < 3; k++) {
+            d.camera.forward[k] = axis[0][k];
+            d.camera.right[k] = axis[1][k];
+            d.camera.up[k] = axis[2][k];
+        }
+        if (!view_room_render(room, &d, &c->picture[two ? i : 0]))
+            return;
         view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
         view_gl_bind(VIEW_CAPTURE_UNIT_AWAY, GL_TEXTURE_2D,
                      c->picture[1].texture);
-        fill(c, PARABOLOID, (cube_level){c->lookup, 0, 0, c->size}, -1, 0, 0);
-        fill(c, PARABOLOID, first, -1, 0, 0);
+        for (int k = 0; k < 2 && !two; k++)
+            fill(c, FACE, sharp[k], i, 0, 0);
     }
-    for (int level = 1; level <= blurs; level++)
-        blur(c, level);
-    use_lookups(c, 0, blurs);
+    for (int k = 0; k < 2 && two; k++)
+        fill(c, PARABOLOID, sharp[k], -1, 0, 0);
+    /* Each level of the lookups from the one before, so that they have the
+     * variance blur_variance everywhere. The blur adds what is missing. Already
+     * there: 1/6 of a texel of that place, by interpolation, and from level 1
+     * on a quarter of the whole. */
+    for (int l = 1; l <= c->levels; l++) {
+        const int n = c->size >> l;
+        const double mean = 4 * M_PI / (6.0 * n * n);
+        const double middle = 4.0 / n / n; /* the solid angle there */
+        use_lookups(c, l - 1, l - 1);
+        fill(c, BLUR, (cube_level){c->lookup, 0, l, n}, -1,
+             blur_variance * mean * (l > 1 ? 0.75 : 1),
+             middle / (l > 1 ? 6 : 24));
+    }
+    use_lookups(c, 0, c->levels);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
+    fill(c, LOBE,
+         (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE}, -1, 0,
+         MOST_SAMPLES);
     for (int l = 1; l < c->levels; l++) {
         const int n = ibl_cube_edge(c->size, l);
-        fill(c, LOBE, (cube_level){to->specular, layer, l, n}, -1, l - 1,
-             SAMPLES);
+        fill(c, LOBE, (cube_level){to->specular, layer, l, n}, -1, l, SAMPLES);
     }
-    fill(c, LOBE,
-         (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE}, -1,
-         c->levels - 1, MOST_SAMPLES);
     gl.UseProgram(0);
     gl.ActiveTexture(GL_TEXTURE0);
 }

@@ -226,56 +226,17 @@ static view_model *make_model(void)
     return m;
 }
 
-/* ---- probes ------------------------------------------------------------- */
-
-/* A local probe, or the dynamic one behind them, with the proxy that counts. */
-static ibl_probe probe_of(const view_room_draw *d, int i)
-{
-    ibl_probe p = i < d->locals.count ? d->locals.probe[i] : *d->dynamic.probe;
-
-    if (d->settings.parallax == VIEW_PARALLAX_NONE)
-        p.has_proxy = 0;
-    if (d->settings.parallax == VIEW_PARALLAX_SPHERE &&
-        p.proxy.shape == IBL_SHAPE_BOX) {
-        p.proxy.shape = IBL_SHAPE_SPHERE;
-        p.proxy.half[0] = sqrt(dot3(p.proxy.half, p.proxy.half));
-    }
-    return p;
-}
-
-/* How many locals are mixed because they are near; 0: by influence. */
-static int nearest_of(const view_room_draw *d)
-{
-    return !d->locals.count || d->settings.probe_choice == VIEW_PROBES_BLEND ? 0
-           : d->settings.probe_choice == VIEW_PROBES_NEAREST
-               ? 1
-               : d->settings.nearest;
-}
-
-/* Number of local probes that come before the dynamic one. */
-static int dynamic_place(const view_room_draw *d)
-{
-    int before = 0, order[2] = {0};
-
-    for (; before < d->locals.count && d->dynamic.count; before++) {
-        const ibl_probe pair[2] = {d->locals.probe[before], *d->dynamic.probe};
-        ibl_probes_order(pair, 2, order);
-        if (order[0] == 1)
-            break;
-    }
-    return nearest_of(d) && before ? d->locals.count : before;
-}
-
 /* ---- drawing ------------------------------------------------------------ */
 
 enum {
-    FLOATS = (IBL_MAX_PROBES + 1) * IBL_PROBE_FLOATS
+    MOST = IBL_MAX_PROBES + 1
 };
 
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
-    int order[4]; /* locals before the dynamic probe, locals, nearest_of,
-                     1: draw weights, 2: largest */
+    int order[4]; /* index of the dynamic probe, or their number; number of
+                     probes; of the nearest that are mixed, 0: by influence; 1:
+                     weights are drawn, 2: the largest */
     float local_lod[4], dynamic_lod[4]; /* as view_frame.lod */
     float scales[4]; /* of irradiance: locals, dynamic probe; 1: a paraboloid */
 } room_block;
@@ -285,6 +246,7 @@ struct view_room {
     GLuint sky[2];         /* programs: of a cube, of the map */
     GLuint frame, block;   /* buffers of uniforms */
     GLuint probes, texels; /* packed probes, and their buffer texture */
+    ibl_probe probe[MOST]; /* to pack: the dynamic one is the last */
 };
 
 view_room *view_room_create(void)
@@ -303,7 +265,8 @@ view_room *view_room_create(void)
     }
     r->frame = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
     r->block = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(room_block), NULL);
-    r->probes = view_gl_buffer(GL_TEXTURE_BUFFER, FLOATS * sizeof(float), NULL);
+    r->probes = view_gl_buffer(GL_TEXTURE_BUFFER,
+                               sizeof(float) * IBL_PROBE_FLOATS * MOST, NULL);
     gl.GenTextures(1, &r->texels);
     view_gl_bind(VIEW_ROOM_UNIT_BUFFER, GL_TEXTURE_BUFFER, r->texels);
     gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, r->probes);
@@ -341,26 +304,44 @@ static bool fill_frame(view_frame *f, const view_room_draw *d, int width,
     return dot3(right_up, c->forward) > 0;
 }
 
-static void upload_probes(const view_room *r, const view_room_draw *d)
+/* Uploads probes in the order in which they count, with proxies that do. */
+static void upload_probes(view_room *r, const view_room_draw *d)
 {
-    static const int first = 0;
-    float packed[FLOATS] = {0}; /* a size of 0 has no influence */
-    room_block b = {.order = {dynamic_place(d), d->locals.count, nearest_of(d),
-                              d->largest ? 2 : d->settings.weights},
-                    .scales = {d->locals.irradiance_scale,
+    const view_settings *s = &d->settings;
+    const int locals = d->locals.count, all = locals + d->dynamic.count;
+    const int nearest = !locals || s->probe_choice == VIEW_PROBES_BLEND ? 0
+                        : s->probe_choice == VIEW_PROBES_NEAREST        ? 1
+                                                                 : s->nearest;
+    float packed[MOST * IBL_PROBE_FLOATS];
+    int order[MOST], place = 0;
+    room_block b = {.scales = {d->locals.irradiance_scale,
                                d->dynamic.irradiance_scale,
                                (float)d->paraboloid}};
 
+    for (int i = 0; i < all; i++) {
+        ibl_probe *p = &r->probe[i];
+        *p = i < locals ? d->locals.probe[i] : *d->dynamic.probe;
+        p->has_proxy = p->has_proxy && s->parallax != VIEW_PARALLAX_NONE;
+        if (s->parallax == VIEW_PARALLAX_SPHERE &&
+            p->proxy.shape == IBL_SHAPE_BOX) {
+            p->proxy.shape = IBL_SHAPE_SPHERE;
+            p->proxy.half[0] = sqrt(dot3(p->proxy.half, p->proxy.half));
+        }
+    }
+    ibl_probes_order(r->probe, all, order);
+    while (place < all && order[place] < locals)
+        place++;
+    for (; nearest && place && place < locals; place++) /* behind them */
+        order[place] = place, order[place + 1] = locals;
+    ibl_probes_pack(r->probe, all, order, packed);
+    memcpy(b.order, (int[4]){place, all, nearest, d->largest ? 2 : s->weights},
+           sizeof b.order);
     memcpy(b.local_lod, d->locals.lod, sizeof b.local_lod);
     memcpy(b.dynamic_lod, d->dynamic.lod, sizeof b.dynamic_lod);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_ROOM, r->block);
-    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof b, &b);
-    for (int i = 0; i < d->locals.count + d->dynamic.count; i++) {
-        const ibl_probe probe = probe_of(d, i);
-        ibl_probes_pack(&probe, 1, &first, packed + i * IBL_PROBE_FLOATS);
-    }
     gl.BindBuffer(GL_TEXTURE_BUFFER, r->probes);
     gl.BufferSubData(GL_TEXTURE_BUFFER, 0, sizeof packed, packed);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_ROOM, r->block);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof b, &b);
 }
 
 bool view_room_render(view_room *r, const view_room_draw *d, view_image *to)

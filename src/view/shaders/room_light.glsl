@@ -32,12 +32,18 @@ void take(inout vec4 sum, vec4 seen, float influence)
         sum += vec4(share / seen.a * seen.rgb, -share);
 }
 
+// In the order of the locals, then the dynamic one.
+int number_of(int i)
+{
+    return i == order.x ? order.y - 1 : i > order.x ? i - 1 : i;
+}
+
 // White of the dynamic probe.
 vec3 hue_of(int i)
 {
-    vec3 turns = fract(0.618033988749895 * float(i) +
+    vec3 turns = fract(0.618033988749895 * float(number_of(i)) +
                        vec3(0.0, 2.0, 1.0) / 3.0);
-    return i == order.y ? vec3(1.0)
+    return i == order.x ? vec3(1.0)
                         : clamp(abs(6.0 * turns - 3.0) - 1.0, 0.0, 1.0);
 }
 
@@ -47,7 +53,7 @@ void add_probe(surface s, int i, float influence, inout probe_light b)
     vec4 normal = vec4(s.normal, probe.layer), lookup, seen, light;
     lookup.w = normal.w;
     ibl_probe_parallax(probe, s.position, b.towards, lookup.xyz);
-    if (i < order.y) {
+    if (i != order.x) {
         seen = textureLod(local_specular, lookup, ibl_lod(local_lod, b.level));
         light = textureLod(local_irradiance, normal, 0.0);
         light.rgb *= scales.x;
@@ -63,14 +69,14 @@ void add_probe(surface s, int i, float influence, inout probe_light b)
     float left = b.light.a;
     take(b.light, light, influence);
     if (left - b.light.a > b.largest.y)
-        b.largest = vec2(i, left - b.light.a);
+        b.largest = vec2(number_of(i), left - b.light.a);
 }
 
+// Of a local probe.
 float distance_to(int i, vec3 point)
 {
-    return max(distance(texelFetch(probe_buffer, ibl_probe_texels * i + 4).xyz,
-                        point),
-               1e-6);
+    vec3 from = texelFetch(probe_buffer, ibl_probe_texels * i + 4).xyz;
+    return i == order.x ? 1e30 : max(distance(from, point), 1e-6);
 }
 
 // Of the nearest local probes: how far they are, and the sum of the inverse
@@ -94,11 +100,11 @@ vec2 nearest_reach(vec3 point)
     return r;
 }
 
-// The weight of a probe before its alpha; the dynamic one's index is the last.
+// The weight of a probe before its alpha.
 // scale: of the nearest, the weight that is left to them.
 float weight_of(int i, vec3 point, vec2 nearest, float scale)
 {
-    if (i < order.y && order.z > 0) {
+    if (i != order.x && order.z > 0) {
         float away = distance_to(i, point);
         return away <= nearest.x ? scale / away / nearest.y : 0.0;
     }
@@ -116,18 +122,16 @@ void add_probes(surface s, inout probe_light b)
 
     for (int n = 0; b.specular.a > 0.0 || b.light.a > 0.0; n++) {
         float weight = 0.0;
-        int i = 0;
         // Software runs all of a loop's body for each probe: this one is short.
-        for (; n <= order.y; n++) {
-            i = n < order.x ? n : n == order.x ? order.y : n - 1;
-            weight = weight_of(i, s.position, nearest, scale);
+        for (; n < order.y; n++) {
+            weight = weight_of(n, s.position, nearest, scale);
             if (weight > 0.0)
                 break;
         }
         if (weight <= 0.0)
             break;
-        add_probe(s, i, weight, b);
-        if (i == order.y)
+        add_probe(s, n, weight, b);
+        if (n == order.x)
             scale = b.light.a;
     }
 }
