@@ -127,15 +127,6 @@ static const double blur_variance = 5.0 / 3;
 /* Turn from one point to the next: the golden ratio - 1. */
 static const double golden = 0.6180339887498949;
 
-/* Mixes levels only from 1/6 to 5/6, so one lookup in three needs one level and
- * half the work. */
-static double snap_level(double lod)
-{
-    const double level = floor(lod);
-
-    return level + fmin(fmax(1.5 * (lod - level) - 0.25, 0), 1);
-}
-
 /* Fills samples with x, y of a direction about +Z, weight and level of each
  * point. */
 static void place_points(double alpha, int count, int size, float *samples)
@@ -163,7 +154,7 @@ static void place_points(double alpha, int count, int size, float *samples)
         samples[4 * i] = (float)(sin(angle) * cos(phi));
         samples[4 * i + 1] = (float)(sin(angle) * sin(phi));
         samples[4 * i + 2] = (float)cos(angle);
-        samples[4 * i + 3] = (float)snap_level(fmin(fmax(lod, least), most));
+        samples[4 * i + 3] = (float)fmin(fmax(lod, least), most);
         sum += cos(angle);
     }
     for (int i = 0; i < count; i++)
