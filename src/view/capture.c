@@ -40,11 +40,6 @@ struct view_capture {
 
 /* ---- cubes ------------------------------------------------------------- */
 
-static void bind(int unit, GLuint cubes)
-{
-    view_gl_bind(unit, GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
-}
-
 /* False: OpenGL has no memory. */
 static bool make_cubes(GLuint *cubes, int size, int levels, int count)
 {
@@ -52,7 +47,7 @@ static bool make_cubes(GLuint *cubes, int size, int levels, int count)
     bool ok = true;
 
     gl.GenTextures(1, cubes);
-    bind(VIEW_CAPTURE_UNIT, *cubes);
+    view_gl_bind(VIEW_CAPTURE_UNIT, target, *cubes);
     for (int l = 0; l < levels && ok; l++) {
         const int n = ibl_cube_edge(size, l);
         gl.TexImage3D(target, l, GL_RGBA16F, n, n, IBL_FACES * count, 0,
@@ -246,7 +241,7 @@ static void use_lookups(const view_capture *c, int first, int last)
 {
     const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
 
-    bind(VIEW_CAPTURE_UNIT, c->lookup);
+    view_gl_bind(VIEW_CAPTURE_UNIT, target, c->lookup);
     gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, first);
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }

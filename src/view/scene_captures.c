@@ -51,7 +51,6 @@ void view_scene_free(view_scene *st)
     if (!st)
         return;
     drop_captures(st);
-    view_image_free(&st->pixel);
     view_room_free(st->room);
     free(st);
 }
@@ -79,21 +78,14 @@ static bool is_stale(const view_scene *st, const view_settings *s)
 /* Makes cubes for settings, unless they are there. */
 static bool make_captures(view_scene *st, const view_settings *c)
 {
-    GLint most = 0;
-
     if (st->capture && c->probes == st->made.probes &&
         c->probe_size == st->made.probe_size &&
         c->probe_capture == st->made.probe_capture)
         return true;
     drop_captures(st);
-    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
-    if (IBL_FACES * c->probes > most)
-        view_fail("%d probes are %d layers of a texture, this OpenGL has %d: "
-                  "take %d probes",
-                  c->probes, IBL_FACES * c->probes, most, most / IBL_FACES);
-    else if (!view_probe_maps_make(&st->mirror, c->probe_size, 2) ||
-             (c->probes &&
-              !view_probe_maps_make(&st->locals, c->probe_size, c->probes)))
+    if (!view_probe_maps_make(&st->mirror, c->probe_size, 2) ||
+        (c->probes &&
+         !view_probe_maps_make(&st->locals, c->probe_size, c->probes)))
         view_fail("this OpenGL has no room for %d probes with faces of %d: "
                   "take fewer by --probes, or smaller ones by --probe-size",
                   c->probes + 1, c->probe_size);
