@@ -210,8 +210,7 @@ TEST(captures)
     }
 }
 
-/* ---- levels of captures, to which the library's come as constant patches --
- */
+/* ---- levels of captures -------------------------------------------------- */
 
 static const double eye[3] = {1.11, 2.07, 0.83};
 
@@ -221,49 +220,20 @@ static struct {
     ibl_cube cube, irradiance; /* as read */
 } rig;
 
-static void begin(view_probe_capture kind, int size)
+static void begin(int size)
 {
     memset(&rig, 0, sizeof rig);
     lit_begin(32, 32);
     rig.ctx = view_test_ctx(0);
     rig.cube = cube_alloc(rig.ctx, size, ibl_default_levels(size));
     rig.irradiance = cube_alloc(rig.ctx, VIEW_CAPTURE_IRRADIANCE, 1);
-    rig.on = room_capture_begin(kind, size, eye);
+    rig.on = room_capture_begin(VIEW_PROBE_FACES, size, eye);
 }
 
 static void read_back(void)
 {
     room_cube_read(rig.on->cubes.specular, &rig.cube);
     room_cube_read(rig.on->cubes.irradiance, &rig.irradiance);
-}
-
-/* Level 0 as constant patches: each texel's light in 8 x 8 parts, in the pixels
- * of a map that have their middles. Light is kept to the last bit so, which it
- * is not where pixels look for their texels: few meet a small one. */
-static void patches(const ibl_cube *cube, ibl_image *map)
-{
-    const int n = cube->size, sub = 8;
-
-    memset(map->data, 0, (size_t)3 * map->width * map->height * sizeof(float));
-    for (int t = 0; t < IBL_FACES * n * n * sub * sub; t++) {
-        const int part = t % (sub * sub), texel = t / (sub * sub);
-        const int face = texel / (n * n), y = texel / n % n, x = texel % n;
-        const double u = x + (part % sub + 0.5) / sub;
-        const double v = y + (part / sub + 0.5) / sub;
-        const double from_x = 2 * u / n - 1, from_y = 2 * v / n - 1;
-        const double area = 2.0 / (n * sub) * 2.0 / (n * sub);
-        const double w =
-            area * pow(1 + from_x * from_x + from_y * from_y, -1.5);
-        double d[3];
-        int i, j;
-        truth_cube_direction(n, face, u - 0.5, v - 0.5, d);
-        truth_latlong_pixel(map->width, map->height, d, &i, &j);
-        const double to =
-            w / truth_latlong_solid_angle(map->width, map->height, j);
-        for (int k = 0; k < 3; k++)
-            map->data[3 * (j * map->width + i) + k] +=
-                (float)(to * cube->data[3 * texel + k]);
-    }
 }
 
 /* What the library makes of the captured level 0. */
@@ -273,7 +243,7 @@ static ibl_bake_result library(void)
     ibl_bake_options o = ibl_bake_options_default();
     ibl_image map = map_constant(rig.ctx, 8 * n, 4 * n, 0);
 
-    patches(&rig.cube, &map);
+    NEED(!ibl_latlong_from_cube(rig.ctx, &rig.cube, &map));
     o.specular_options.mapping = IBL_ROUGHNESS_LINEAR;
     o.specular_options.size = n;
     o.specular_options.levels = rig.cube.levels;
@@ -325,7 +295,7 @@ TEST(a_constant_stays)
         {INFINITY, 65504}, {1e6F, 65504},    {-1, 0}};
     const int states = sizeof skies / sizeof *skies;
 
-    begin(VIEW_PROBE_FACES, 16);
+    begin(16);
     for (int i = 0; i < states * VIEW_PROBE_CAPTURES; i++) {
         const float sky = skies[i % states][0], kept = skies[i % states][1];
         if (isinf(sky) && i >= states)
@@ -363,7 +333,7 @@ static void near_library(const bright *p)
 
 TEST(levels_are_the_librarys)
 {
-    begin(VIEW_PROBE_FACES, 64);
+    begin(64);
     near_library(&(bright){"even", {1, 1, 1}, 0, 0, 0.02});
 }
 
@@ -378,7 +348,7 @@ TEST_SLOW(levels_with_panels)
         {"tiny, middle, 1000", {1, 0.02, 0.01}, 0.02, 1000, 0.13},
     };
 
-    begin(VIEW_PROBE_FACES, 64);
+    begin(64);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         near_library(&cases[i]);
 }
