@@ -273,6 +273,31 @@ TEST(a_model_stands_in_the_room)
     CHECK_MSG(ball > 20 && bad < 9, "%d, %d", ball, bad);
 }
 
+/* Lights that were taken out of the environment's maps are left out, which is
+ * said once. */
+TEST(lights_are_left_out)
+{
+    float without[FLOATS];
+
+    begin();
+    draw(0);
+    memcpy(without, rgb, sizeof without);
+    for (int k = 0; k < 3; k++)
+        on.environment.frame.disc_irradiance[0][k] = 9;
+    on.environment.frame.disc_direction[0][1] = 1;
+    on.environment.frame.reflection[2] = 1;
+    on.environment.frame.reflection[3] = 1;
+    view_scene_use(on.stage, NULL);
+    view_test_catch();
+    draw(0);
+    draw(0);
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "1 light ") &&
+                  strchr(said, '\n') == said + strlen(said) - 1,
+              "%s", said);
+    CHECK(!memcmp(rgb, without, sizeof rgb));
+}
+
 /* ---- for the user interface ------------------------------------------------
  */
 
