@@ -19,11 +19,13 @@ const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* minimum for the camera */
 
 static const double whole_room_far = 100; /* far plane of captures */
-/* Margin of a whole-room influence beyond the walls. */
-static const double beyond = 1;
-/* Influence of the mirror's probe beside local probes. It comes before those
- * that leave out moving objects, but not before a set's. */
-static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
+/* Influence of the mirror's probe: of the whole room, and beside local probes,
+ * where it comes before those that leave out moving objects, but not before a
+ * set's. */
+static const ibl_volume whole_room = {.centre = {0, 2, 0}, .half = {6, 3, 6}};
+static const ibl_volume near_mirror = {.centre = {0, 0.9, 0},
+                                       .half = {1.5, 1.8, 1.5}};
+static const double near_blend = 0.6;
 
 /* ---- create and free --------------------------------------------------- */
 
@@ -110,25 +112,17 @@ static bool make_captures(view_scene *st, const view_settings *c)
 static void use_probes(view_scene *st, bool others)
 {
     const view_probe_maps *all = st->set ? &st->set->maps : &st->locals;
-    const bool whole = !others || !all->count || all->holes ||
-                       (!st->set && all->count < st->made.probes);
+    const bool whole =
+        !others || !all->count || all->holes || all->count < st->made.probes;
     const view_room_sphere mirror = view_room_sphere_at(0, 0);
-    ibl_probe *p = &st->probe;
-
-    *p = (ibl_probe){.has_proxy = 1,
-                     .proxy = view_room_inside,
-                     .influence = view_room_inside,
-                     .blend = whole ? 0 : near_blend,
-                     .priority = whole || st->set ? -1 : 1,
-                     .layer = p->layer};
-    for (int k = 0; k < 3; k++) {
-        p->position[k] = mirror.centre[k];
-        p->influence.half[k] += beyond;
-        if (!whole) {
-            p->influence.centre[k] = mirror.centre[k];
-            p->influence.half[k] = near_half[k];
-        }
-    }
+    st->probe = (ibl_probe){
+        .position = {mirror.centre[0], mirror.centre[1], mirror.centre[2]},
+        .has_proxy = 1,
+        .proxy = view_room_inside,
+        .influence = whole ? whole_room : near_mirror,
+        .blend = whole ? 0 : near_blend,
+        .priority = whole || st->set ? -1 : 1,
+        .layer = st->probe.layer};
     st->draw.dynamic = st->mirror;
     st->draw.locals = *all;
     if (!others)
