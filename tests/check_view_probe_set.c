@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "files.h"
-#include "float_exr.h"
 #include "room.h"
 #include "sets.h"
 #include "test.h"
@@ -30,15 +29,10 @@ enum {
 
 static ibl_ctx *ctx;
 
-static void make_context(void)
-{
-    ctx = view_test_ctx(2);
-}
-
 static void begin(void)
 {
     view_test_begin(16, 16);
-    make_context();
+    ctx = view_test_ctx(2);
 }
 
 /* Of texel (x, y) of a face: a colour of the face and the probe, brighter in
@@ -67,46 +61,28 @@ static void make_probes(ibl_probe probe[PROBES])
     probe[2].priority = 5;
 }
 
-static void save_face(const char *path, int size, const float *rgba)
-{
-    const size_t texels = (size_t)size * (size_t)size;
-    float *planes = test_alloc(4 * texels, sizeof *planes);
-    FILE *file = fopen(path, "wb");
-
-    NEED(file);
-    for (size_t i = 0; i < 4 * texels; i++)
-        planes[i] = rgba[i % texels * 4 + 3 - i / texels];
-    NEED(test_write_float_exr(file, size, size, "ABGR", planes));
-    NEED(!fclose(file));
-}
-
-/* Writes a set to bake: RGBA of each face of each probe, and set.json. */
+/* Writes a set to bake: RGB of the faces of each probe, one below the other,
+ * and set.json. */
 static void save(const char *dir, const ibl_probe *probe, int count, int size,
-                 const float *rgba)
+                 const float *rgb)
 {
     json_t *probes = json_array();
-    char name[32];
 
     NEED(file_run("mkdir -p %s", dir));
-    for (int i = 0; i < count; i++) {
-        json_t *faces = json_array();
-        for (int k = 0; k < IBL_FACES; k++, rgba += (size_t)4 * size * size) {
-            snprintf(name, sizeof name, "%d_%d.exr", i, k);
-            append(&faces, json_string(name));
-            snprintf(name, sizeof name, "%s/%d_%d.exr", dir, i, k);
-            save_face(file_path(name), size, rgba);
-        }
-        snprintf(name, sizeof name, "probe_%d", i);
+    for (int i = 0; i < count; i++, rgb += (size_t)18 * size * size) {
+        const char *name = test_text("%d.exr", i);
+        const char *path = file_path(test_text("%s/%s", dir, name));
+        NEED(view_picture_write(ctx, path, size, IBL_FACES * size, 3, rgb));
         json_t *one =
-            json_pack("{ss s{so}}", "name", name, "capture", "faces", faces);
+            json_pack("{ss s{ss}}", "name", name, "capture", "equirect", name);
         put_all(&one, ibl_json_probe_of(&probe[i]));
         append(&probes, one);
     }
     json_t *root =
         json_pack("{si s{si ss si} so}", "version", 1, "defaults", "size", size,
                   "mapping", "linear", "irradiance", 8, "probes", probes);
-    snprintf(name, sizeof name, "%s/set.json", dir);
-    NEED(root && !json_dump_file(root, file_path(name), 0));
+    NEED(root &&
+         !json_dump_file(root, file_path(test_text("%s/set.json", dir)), 0));
     json_decref(root);
 }
 
@@ -120,35 +96,24 @@ static bool bake_set(const char *from, const char *to, const char *options)
 static bool bake(const char *dir, const char *options)
 {
     enum {
-        FLOATS = PROBES * IBL_FACES * SIZE * SIZE * 4
+        FLOATS = PROBES * IBL_FACES * SIZE * SIZE * 3
     };
     ibl_probe probe[PROBES];
-    float *rgba = test_alloc(FLOATS, sizeof *rgba);
+    float *rgb = test_alloc(FLOATS, sizeof *rgb);
 
     for (int i = 0; i < FLOATS; i++) {
-        const int at = i / 4, face = at / (SIZE * SIZE);
-        rgba[i] = i % 4 == 3
-                      ? 1
-                      : (float)painted(face / IBL_FACES, face % IBL_FACES,
-                                       at % SIZE, at / SIZE % SIZE, i % 4);
+        const int at = i / 3, face = at / (SIZE * SIZE);
+        rgb[i] = (float)painted(face / IBL_FACES, face % IBL_FACES, at % SIZE,
+                                at / SIZE % SIZE, i % 3);
     }
     make_probes(probe);
-    save("painted", probe, PROBES, SIZE, rgba);
+    save("painted", probe, PROBES, SIZE, rgb);
     return bake_set("painted", dir, options);
 }
 
 static view_probe_set *load(const char *dir)
 {
-    char path[600];
-
-    snprintf(path, sizeof path, "%s/index.json", file_path(dir));
-    return view_probe_set_load(ctx, path);
-}
-
-static const float *texel(const float *rgba, int size, int layer, int face,
-                          int x, int y)
-{
-    return rgba + 4 * ((((size_t)layer * 6 + face) * size + y) * size + x);
+    return view_probe_set_load(ctx, file_path(test_text("%s/index.json", dir)));
 }
 
 /* ---- loading ----------------------------------------------------------- */
@@ -157,7 +122,7 @@ static const float *texel(const float *rgba, int size, int layer, int face,
 static void check_painted(const char *dir, const view_probe_set *set,
                           int layers)
 {
-    const view_probe_maps *l = view_probe_set_locals(set);
+    const view_probe_maps *l = &set->maps;
     static const int was[PROBES] = {2, 0, 1}; /* priority, then size */
     static const int at[][2] = {{8, 8}, {1, 1}, {1, 14}, {14, 1}, {14, 14}};
     ibl_probe probe[PROBES];
@@ -178,7 +143,8 @@ static void check_painted(const char *dir, const view_probe_set *set,
         for (int k = 0; k < 5 * 6 * 3; k++) {
             const int x = at[k % 5][0], y = at[k % 5][1], f = k / 5 % 6;
             const double want = painted(was[i], f, x, y, k / 30);
-            const float *got = texel(rgba, SIZE, i, f, x, y);
+            const float *got =
+                rgba + 4 * (((i * IBL_FACES + f) * SIZE + y) * SIZE + x);
             CHECK_MSG(fabs(got[k / 30] - want) < 0.02 * want,
                       "%s: probe %d, face %d, (%d, %d): %g, not %g", dir, i, f,
                       x, y, got[k / 30], want);
@@ -204,9 +170,9 @@ TEST(faces_are_the_right_way_round)
         view_probe_set *set = load(dir);
         NEED(set);
         check_painted(dir, set, PROBES);
-        const view_probe_maps *l = view_probe_set_locals(set);
-        CHECK_NEAR(l->last_level, 1, 0);
-        CHECK_NEAR(l->lod_scale, 1, 0);
+        const view_probe_maps *l = &set->maps;
+        CHECK_NEAR(l->lod[0], 1, 0);
+        CHECK_NEAR(l->lod[2], 1, 0);
         CHECK_NEAR(l->irradiance_scale, 1, 0);
         view_probe_set_free(set);
     }
@@ -218,10 +184,8 @@ TEST(the_global_environment_is_left_out)
     begin();
     NEED(bake("without", ""));
     NEED(file_run("sed -i 's/\"probes\": \\[/\"global\": {\"capture\": "
-                  "{\"faces\": [%s, %s, %s]}},&/' painted/set.json && "
-                  "'%s' probes -q painted/set.json -o global --irradiance sh",
-                  "\"0_0.exr\", \"0_1.exr\"", "\"0_2.exr\", \"0_3.exr\"",
-                  "\"0_4.exr\", \"0_5.exr\"", file_built("iblbake")));
+                  "{\"equirect\": \"0.exr\"}},&/' painted/set.json") &&
+         bake_set("painted", "global", "--irradiance sh"));
     view_probe_set *set = load("global");
     NEED(set);
     check_painted("global", set, PROBES + 1);
@@ -231,24 +195,24 @@ TEST(the_global_environment_is_left_out)
 /* Cubes made of harmonics nearly match: irradiance is mostly degree 0 to 2. */
 TEST(harmonics_become_cubes)
 {
-    begin();
-    NEED(bake("cubes", "--irradiance 16") && bake("sums", "--irradiance sh"));
-    view_probe_set *cubes = load("cubes"), *sums = load("sums");
-    NEED(cubes && sums);
-    float *a = room_cubes_read(view_probe_set_locals(cubes)->irradiance, PROBES,
-                               0, 16);
-    float *b =
-        room_cubes_read(view_probe_set_locals(sums)->irradiance, PROBES, 0, 16);
+    const int count = 4 * 16 * 16 * IBL_FACES * PROBES;
+    const float *texels[2];
     double worst = 0, mean = 0;
-    const int count = 16 * 16 * 6 * PROBES;
-    for (int i = 0; i < 4 * count; i++) {
-        const double d = fabs(a[i] / b[i] - 1);
+
+    begin();
+    NEED(bake("set0", "--irradiance 16") && bake("set1", "--irradiance sh"));
+    for (int i = 0; i < 2; i++) {
+        view_probe_set *set = load(test_text("set%d", i));
+        NEED(set);
+        texels[i] = room_cubes_read(set->maps.irradiance, PROBES, 0, 16);
+        view_probe_set_free(set);
+    }
+    for (int i = 0; i < count; i++) {
+        const double d = fabs((double)texels[0][i] / (double)texels[1][i] - 1);
         worst = fmax(worst, d);
-        mean += d / (4 * count);
+        mean += d / count;
     }
     CHECK_MSG(worst < 0.12 && mean < 0.02, "%g, %g", worst, mean);
-    view_probe_set_free(cubes);
-    view_probe_set_free(sums);
 }
 
 /* Every level of an array is that of its file, bit for bit. */
@@ -257,8 +221,7 @@ static void check_levels(const view_probe_set *set, const char *file)
     ibl_texture tex = {0};
 
     NEED(!ibl_texture_read(ctx, file_path(file), &tex, NULL));
-    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY,
-                   view_probe_set_locals(set)->specular);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, set->maps.specular);
     for (int level = 0; level < tex.levels; level++) {
         const size_t bytes =
             PROBES * IBL_FACES * ibl_texture_face_bytes(&tex, level);
@@ -296,11 +259,12 @@ TEST(lookups_are_as_told)
         NEED(file_run("sed '%s' index.json >told/index.json", told[i].sed));
         view_probe_set *set = load("told");
         NEED(set);
-        const view_probe_maps *l = view_probe_set_locals(set);
-        CHECK_NEAR(l->lod_scale, told[i].scale, 0);
-        CHECK_NEAR(l->lod_offset, told[i].offset, 0);
+        const view_probe_maps *l = &set->maps;
+        CHECK_NEAR(l->lod[0], told[i].scale, 0);
+        CHECK_NEAR(l->lod[1], told[i].offset, 0);
         CHECK_NEAR(l->irradiance_scale, told[i].irradiance, 1e-7);
-        CHECK(l->filament == told[i].filament && l->last_level == 2);
+        CHECK_NEAR(l->lod[2], 2, 0);
+        CHECK_NEAR(l->lod[3], told[i].filament, 0);
         check_levels(set, "told/probes_specular.ktx2");
         view_probe_set_free(set);
     }
@@ -317,14 +281,14 @@ enum {
  * where the mirror's probe has no part. */
 static double apart(const view_room_draw *d, const float *a, const float *b)
 {
-    double sum = 0, off = 0, ray[3], w[IBL_MAX_PROBES + 2];
+    double sum = 0, off = 0, ray[3];
 
     for (int i = 0; i < WIDE * HIGH; i++) {
         view_camera_ray(&d->camera, WIDE, HIGH, i % WIDE, i / WIDE, ray);
         const room_hit h = room_cast(d, d->camera.eye, ray);
-        if (h.what >= 0)
-            view_room_weights(d, h.point, w);
-        for (int k = 4 * i; k < 4 * i + 3 && (h.what < 0 || w[8] <= 0); k++) {
+        if (h.what >= 0 && ibl_probe_influence(d->dynamic.probe, h.point) > 0)
+            continue;
+        for (int k = 4 * i; k < 4 * i + 3; k++) {
             sum += (double)b[k];
             off += fabs((double)a[k] - (double)b[k]);
         }
@@ -357,7 +321,7 @@ TEST_SLOW(a_scene_is_lit_the_same)
     static room_stage on;
 
     room_stage_begin(&on, WIDE, HIGH, light, table);
-    make_context();
+    ctx = view_test_ctx(2);
     on.environment.specular = on.environment.sky = room_cube(16, sunny, NULL);
     on.s.seconds = 1.5;
     on.s.fov = 70;
@@ -367,17 +331,14 @@ TEST_SLOW(a_scene_is_lit_the_same)
     on.s.probes = 8;
     on.s.probe_size = 32;
     const float *shown = room_stage_draw(&on);
-    const view_room_draw d = view_scene_state_of(on.stage)->draw;
-    const view_probe_maps *l = &d.locals;
-    ibl_probe probes[9];
-    NEED(l->count == 8);
-    save("scene", l->probe, 8, 32, room_cubes_read(l->specular, 8, 0, 32));
-    /* The probes are freed with the captures. */
-    memcpy(probes, l->probe, 8 * sizeof *probes);
-    probes[8] = *d.dynamic.probe;
-    view_room_draw own = d;
-    own.locals.probe = probes;
-    own.dynamic.probe = &probes[8];
+    view_room_draw own = on.stage->draw;
+    const ibl_probe mirror = *own.dynamic.probe;
+    own.dynamic.probe = &mirror;
+    NEED(own.locals.count == 8);
+    float *rgb = room_cubes_read(own.locals.specular, 8, 0, 32);
+    for (int i = 0; i < 8 * IBL_FACES * 32 * 32; i++)
+        memmove(rgb + 3 * i, rgb + 4 * i, 3 * sizeof *rgb);
+    save("scene", own.locals.probe, 8, 32, rgb);
     CHECK_MSG(apart(&own, alone, shown) > 0.02, "%g",
               apart(&own, alone, shown));
     for (size_t i = 0; i < sizeof ways / sizeof *ways;
@@ -387,8 +348,7 @@ TEST_SLOW(a_scene_is_lit_the_same)
         NEED(set);
         view_scene_use(on.stage, set);
         const double by = apart(&own, room_stage_draw(&on), shown);
-        CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority ==
-              -1);
+        CHECK(on.stage->probe.priority == -1);
         CHECK_MSG(by <= ways[i].bound, "%s: %g apart", ways[i].options, by);
         test_measured("apart", by, ways[i].bound);
         view_scene_use(on.stage, NULL);

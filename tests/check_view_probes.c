@@ -2,11 +2,11 @@
 /* ibl/probes.glsl on a GPU, or what OSMesa has for one, against the functions
  * of ibl/probes.h: each pixel of a draw is a point, a ray or a tile. */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "ibl/probes.h"
+#include "room.h"
 #include "test.h"
 #include "view.h"
 #include "view/gl.h"
@@ -17,34 +17,28 @@ enum {
     MOST = 64
 };
 
-/* what: 0 blend of count, 1 of a mask: part 0 and 2 weights, 1 and 3 probes, 4
- * rest and count. 3 parallax, 4 a tile's mask. */
+/* what: 0 blend of count, 1 of a mask: the mean of the probes' keys, and rest.
+ * 2 parallax, 3 a tile's mask. */
 static const char fragment_text[] =
     "uniform samplerBuffer probes;\n"
     "uniform usampler2D mask;\n"
     "uniform sampler2D points, directions, camera;\n"
-    "uniform int what, part, count, width, height, tile;\n"
+    "uniform int what, count, width, height, tile;\n"
     "out vec4 result;\n"
-    "vec4 of_mix(ibl_mix m)\n"
-    "{\n"
-    "    vec4 v = vec4(m.rest, m.count, 0, 0);\n"
-    "    for (int i = 0; i < 4 && part < 4; i++)\n"
-    "        v[i] = 4 * (part / 2) + i >= m.count ? 0.0\n"
-    "             : part % 2 == 0 ? m.weight[4 * (part / 2) + i]\n"
-    "                             : float(m.probe[4 * (part / 2) + i]);\n"
-    "    return v;\n"
-    "}\n"
     "void main()\n"
     "{\n"
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
-    "    vec3 point = texelFetch(points, at, 0).xyz;\n"
-    "    vec3 lookup;\n"
-    "    if (what == 0) {\n"
-    "        result = of_mix(ibl_probes_blend(probes, count, point));\n"
-    "    } else if (what == 1) {\n"
-    "        uvec2 m = ibl_tile_mask(mask, gl_FragCoord.xy, 16);\n"
-    "        result = of_mix(ibl_probes_blend(probes, m, point));\n"
-    "    } else if (what == 3) {\n"
+    "    vec3 point = texelFetch(points, at, 0).xyz, lookup = vec3(0);\n"
+    "    if (what < 2) {\n"
+    "        ibl_mix m = ibl_probes_blend(probes, count, point);\n"
+    "        if (what == 1)\n"
+    "            m = ibl_probes_blend(probes, ibl_tile_mask(mask,\n"
+    "                                     gl_FragCoord.xy, 16), point);\n"
+    "        for (int i = 0; i < m.count; i++)\n"
+    "            lookup += m.weight[i] * fract(float(m.probe[i] + 1) *\n"
+    "                          vec3(0.618034, 0.754878, 0.569840));\n"
+    "        result = vec4(lookup, m.rest);\n"
+    "    } else if (what == 2) {\n"
     "        bool hit = ibl_probe_parallax(\n"
     "            ibl_probe_fetch(probes, 0), point,\n"
     "            texelFetch(directions, at, 0).xyz, lookup);\n"
@@ -121,10 +115,9 @@ static void upload_probes(int count)
     set("count", count);
 }
 
-static void draw(int what, int part)
+static void draw(int what)
 {
     set("what", what);
-    set("part", part);
     gl.BindFramebuffer(GL_FRAMEBUFFER, on.image.framebuffer);
     gl.Viewport(0, 0, EDGE, EDGE);
     view_gl_draw_full(on.program);
@@ -204,62 +197,24 @@ static void widen(const float v[4], double d[3])
         d[i] = (double)v[i];
 }
 
-/* The weights of each probe's place in order. */
-typedef struct mixes {
-    double weight[PIXELS][MOST];
-    double rest[PIXELS];
-} mixes;
-
-static void draw_mixes(int what, mixes *m)
-{
-    static texel weights[PIXELS];
-
-    memset(m, 0, sizeof *m);
-    for (int half = 0; half < IBL_MAX_PROBES_AT / 4; half++) {
-        draw(what, 2 * half);
-        memcpy(weights, on.seen, sizeof weights);
-        draw(what, 2 * half + 1);
-        for (int i = 0; i < PIXELS; i++) {
-            for (int k = 0; k < 4; k++)
-                m->weight[i][(int)on.seen[i][k] & (MOST - 1)] +=
-                    (double)weights[i][k];
-        }
-    }
-    draw(what, IBL_MAX_PROBES_AT / 2);
-    for (int i = 0; i < PIXELS; i++)
-        m->rest[i] = (double)on.seen[i][0];
-}
-
-/* The largest difference to the shader's, of weights and rest. */
-static double differ(const mixes *m, int pixel, const ibl_probe_mix *mix)
-{
-    double weight[MOST] = {0}, worst = fabs(m->rest[pixel] - mix->rest);
-
-    for (int i = 0; i < mix->count; i++)
-        weight[mix->probe[i]] = mix->weight[i];
-    for (int i = 0; i < MOST; i++) {
-        const double d = fabs(m->weight[pixel][i] - weight[on.order[i]]);
-        worst = d <= worst ? worst : d;
-    }
-    return worst;
-}
-
 /* ---- tests -------------------------------------------------------------- */
 
-/* Of all probes, or of those of a tile's mask. */
+/* Of all probes, or of those of a tile's mask: weights of probes are told apart
+ * by their keys. */
 TEST(blends)
 {
-    mixes *m = test_alloc(1, sizeof *m);
+    static const double keys[3] = {0.618034, 0.754878, 0.569840};
     test_random r = {1};
     ibl_probe_mix mix;
     unsigned long long masks[16];
-    double p[3], worst = 0;
+    double worst = 0;
     int full = 0;
 
     begin();
     for (int n = 0; n < 10; n++) {
         const bool masked = n % 2;
         const int all = masked ? MOST : n % 4 ? 16 : test_random_below(&r, 17);
+        int place[MOST];
         random_probes(&r, all, n / 2 % 2);
         random_texels(&r, on.points, 2.5);
         upload(POINTS, EDGE, EDGE, on.points);
@@ -271,22 +226,33 @@ TEST(blends)
         masks[6] = 1;
         masks[7] = 0;
         upload_masks(masks);
-        draw_mixes(masked, m);
+        draw(masked);
+        for (int i = 0; i < all; i++)
+            place[on.order[i]] = i;
         for (int i = 0; i < PIXELS; i++) {
             const unsigned long long mask =
                 masks[i / EDGE / 16 * 4 + i % EDGE / 16];
+            double p[3], seen[3], sum[3] = {0};
             int some[MOST], count = 0;
             for (int k = 0; k < all; k++)
                 if (!masked || mask >> k & 1)
                     some[count++] = on.order[k];
             widen(on.points[i], p);
+            widen(on.seen[i], seen);
             ibl_probes_blend(on.probes, count, some, p, NULL, &mix);
-            worst = fmax(worst, differ(m, i, &mix));
+            for (int k = 0; k < 3 * mix.count; k++)
+                sum[k % 3] +=
+                    mix.weight[k / 3] *
+                    fmod((place[mix.probe[k / 3]] + 1) * keys[k % 3], 1);
+            for (int k = 0; k < 3; k++)
+                worst = fmax(worst, fabs(sum[k] - seen[k]));
+            worst = fmax(worst, fabs((double)on.seen[i][3] - mix.rest));
+            CHECK(isfinite(seen[0] + seen[1] + seen[2]));
             full += mix.count == IBL_MAX_PROBES_AT;
         }
     }
     /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
-    CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
+    CHECK_MSG(worst < 1e-5, "differs by %g", worst);
     CHECK(full > 500);
 }
 
@@ -366,7 +332,7 @@ TEST(parallax)
                                            test_random_between(&r, -0.4, 0.4));
         random_rays(&r);
         upload_probes(1);
-        draw(3, 0);
+        draw(2);
         for (int i = 0; i < PIXELS; i++) {
             double p[3], d[3], truth[3], seen[3], apart = 0;
             widen(on.points[i], p);
@@ -391,33 +357,6 @@ TEST(parallax)
 
 /* ---- tiles -------------------------------------------------------------- */
 
-static void random_camera(test_random *r, float clip[16])
-{
-    const double yaw = test_random_between(r, -3.2, 3.2),
-                 pitch = test_random_between(r, -1.5, 1.5);
-    const double rows[3][3] = {
-        {cos(yaw), 0, sin(yaw)},
-        {sin(pitch) * sin(yaw), cos(pitch), -sin(pitch) * cos(yaw)},
-        {sin(yaw) * cos(pitch), -sin(pitch), -cos(yaw) * cos(pitch)}};
-    const double eye[3] = {test_random_between(r, -3, 3),
-                           test_random_between(r, -3, 3),
-                           test_random_between(r, -3, 3)};
-    const double focal = test_random_between(r, 0.4, 3);
-    const int row_of[4] = {0, 1, 2, 2};
-
-    memset(clip, 0, 16 * sizeof *clip);
-    for (int row = 0; row < 4; row++) {
-        const double *axis = rows[row_of[row]];
-        const double scale = row == 0 ? focal * 0.6 : row == 1 ? focal : 1;
-        double shift = 0;
-        for (int i = 0; i < 3; i++) {
-            clip[4 * i + row] = (float)(scale * axis[i]);
-            shift -= scale * axis[i] * eye[i];
-        }
-        clip[12 + row] = (float)shift;
-    }
-}
-
 /* Every tile in which a point of a volume is seen has its bit, and few others
  * have: where a volume is cut slantwise. */
 TEST(tiles_miss_nothing)
@@ -437,9 +376,14 @@ TEST(tiles_miss_nothing)
         const int columns = (width - 1) / tile + 1;
         const int rows = (height - 1) / tile + 1;
 
-        random_camera(&r, clip);
+        double ends[2][3];
+        for (int i = 0; i < 6; i++)
+            ends[i / 3][i % 3] = test_random_between(&r, -3, 3);
+        const view_camera c = room_camera(
+            ends[0], ends[1], test_random_between(&r, 37, 136), 5, 3);
+        view_camera_matrix(&c, exact);
         for (int i = 0; i < 16; i++)
-            exact[i] = (double)clip[i];
+            exact[i] = (double)(clip[i] = (float)exact[i]);
         random_probes(&r, count, false);
         memset(seen_in, 0, sizeof seen_in);
         for (int i = 0; i < count; i++) {
@@ -461,7 +405,7 @@ TEST(tiles_miss_nothing)
         set("width", width);
         set("height", height);
         set("tile", tile);
-        draw(4, 0);
+        draw(3);
         for (int t = 0; t < columns * rows; t++) {
             const float *seen = on.seen[t / columns * EDGE + t % columns];
             unsigned long long mask = 0;

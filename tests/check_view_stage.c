@@ -62,13 +62,13 @@ TEST(follows_within_the_interval)
 
     begin();
     draw(0);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0, 0);
+    CHECK_NEAR(on.stage->shown, 0, 0);
     draw(0.4);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0, 0);
+    CHECK_NEAR(on.stage->shown, 0, 0);
     draw(0.5);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0.5, 0);
+    CHECK_NEAR(on.stage->shown, 0.5, 0);
     draw(0.9);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0.5, 0);
+    CHECK_NEAR(on.stage->shown, 0.5, 0);
     /* A jump is followed: the mirror has the lamp where it is then. */
     draw(2);
     CHECK(changed() > 0.01);
@@ -87,11 +87,11 @@ TEST(follows_within_the_interval)
     CHECK_MSG(changed() < 0.25 * behind, "%g, %g", changed(), behind);
     on.s.probe_interval = 0;
     draw(2.7);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 2.7, 0);
+    CHECK_NEAR(on.stage->shown, 2.7, 0);
     /* Time that goes back is another one at once. */
     on.s.probe_interval = 9;
     draw(1);
-    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
+    CHECK_NEAR(on.stage->shown, 1, 0);
 }
 
 static PFNGLCLEARPROC real_clear;
@@ -133,8 +133,8 @@ TEST_SLOW(moves_among_locals)
     memcpy(alone, rgb, sizeof alone);
     on.s.probes = 4;
     draw(0);
-    CHECK(view_scene_state_of(on.stage)->draw.locals.count == 4);
-    CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority == 1);
+    CHECK(on.stage->draw.locals.count == 4);
+    CHECK(on.stage->draw.dynamic.probe->priority == 1);
     draw(2);
     CHECK_MSG(changed() > 0.01, "%g", changed());
     on.s.probes = 0;
@@ -147,7 +147,7 @@ TEST_SLOW(moves_among_locals)
  * ray meets: 1 before the far plane of its face, else 0. *seen: of all. */
 static double wrong_alpha(const float *rgba, int size, int i, double *seen)
 {
-    const view_room_draw *draw = &view_scene_state_of(on.stage)->draw;
+    const view_room_draw *draw = &on.stage->draw;
     const ibl_probe *p = &draw->locals.probe[i];
     view_room_draw still = *draw;
     double far = 0, wrong = 0;
@@ -184,7 +184,7 @@ TEST_SLOW(limited_captures)
     memcpy(full, rgb, sizeof full);
     on.s.probe_limit = true;
     draw(0);
-    const view_room_draw *drawn = &view_scene_state_of(on.stage)->draw;
+    const view_room_draw *drawn = &on.stage->draw;
     const float *rgba = room_cubes_read(drawn->locals.specular, 9, 0, size);
     for (int i = 0; i < 9; i++) {
         const double wrong = wrong_alpha(rgba + 4 * texels * i, size, i, &seen);
@@ -215,12 +215,10 @@ TEST_SLOW(locals_are_spread_over_frames)
         on.s.probes = 4;
         draw(1);
         on.s.probes = 5;
-        const int updates = view_scene_state_of(on.stage)->updates;
-        for (; frames < 99 && view_scene_state_of(on.stage)->updates == updates;
-             frames++) {
+        const int updates = on.stage->updates;
+        for (; frames < 99 && on.stage->updates == updates; frames++) {
             draw(1);
-            CHECK(view_scene_state_of(on.stage)->draw.locals.count ==
-                  frames + 1);
+            CHECK(on.stage->draw.locals.count == frames + 1);
         }
         CHECK_MSG(frames == 5 && !memcmp(rgb, first, sizeof first), "%d",
                   frames);
@@ -251,7 +249,7 @@ TEST(a_model_stands_in_the_room)
     NEED(on.guest);
     for (int i = 0; i < 2; i++) {
         draw(1);
-        d = &view_scene_state_of(on.stage)->draw;
+        d = &on.stage->draw;
         seen[i] = room_cubes_read(d->dynamic.specular, 2, 0, 32) +
                   cube * d->dynamic.probe->layer;
         CHECK(d->mirror == i && (d->guest == NULL) == i);
@@ -275,6 +273,31 @@ TEST(a_model_stands_in_the_room)
     CHECK_MSG(ball > 20 && bad < 9, "%d, %d", ball, bad);
 }
 
+/* Lights that were taken out of the environment's maps are left out, which is
+ * said once. */
+TEST(lights_are_left_out)
+{
+    float without[FLOATS];
+
+    begin();
+    draw(0);
+    memcpy(without, rgb, sizeof without);
+    for (int k = 0; k < 3; k++)
+        on.environment.frame.disc_irradiance[0][k] = 9;
+    on.environment.frame.disc_direction[0][1] = 1;
+    on.environment.frame.reflection[2] = 1;
+    on.environment.frame.reflection[3] = 1;
+    view_scene_use(on.stage, NULL);
+    view_test_catch();
+    draw(0);
+    draw(0);
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "1 light ") &&
+                  strchr(said, '\n') == said + strlen(said) - 1,
+              "%s", said);
+    CHECK(!memcmp(rgb, without, sizeof rgb));
+}
+
 /* ---- for the user interface ------------------------------------------------
  */
 
@@ -282,28 +305,29 @@ TEST(a_model_stands_in_the_room)
  */
 TEST(probe_under_a_pixel)
 {
-    double w[IBL_MAX_PROBES + 2];
+    double w[IBL_MAX_PROBES + 2], weight;
     int named[6] = {0};
 
     begin();
     on.s.probes = 4;
     on.s.fov = 110;
     draw(1);
-    const view_room_draw *d = &view_scene_state_of(on.stage)->draw;
-    for (int i = 0; i < WIDTH * HEIGHT; i += 5) {
+    const view_room_draw *d = &on.stage->draw;
+    for (int i = 0; i < WIDTH * HEIGHT; i += 13) {
         double ray[3];
         int best = 5;
         view_camera_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         const room_hit h = room_cast(d, d->camera.eye, ray);
         const int probe = view_scene_probe_at(on.stage, &on.s, WIDTH, HEIGHT,
-                                              i % WIDTH, i / WIDTH, w);
+                                              i % WIDTH, i / WIDTH, &weight);
         CHECK((h.what < 0) == (probe == VIEW_SCENE_NOWHERE));
         if (h.what < 0)
             continue;
-        view_room_weights(d, h.point, w);
+        room_weights(d, h.point, NULL, w);
         for (int p = 0; p < 5; p++)
             best = w[p] > w[best] ? p : best;
         CHECK(probe == (best == 5 ? -1 : best));
+        CHECK_NEAR(weight, w[best], 0.02);
         named[best]++;
     }
     CHECK(named[0] && named[1] && named[2] && named[3] && named[4]);
@@ -318,8 +342,8 @@ TEST(camera_stays_inside)
         for (s.pitch = -89; s.pitch < 90; s.pitch += 44) {
             const view_camera c = view_scene_camera(&s, 16, 9);
             for (int k = 0; k < 3; k++)
-                CHECK(fabs(c.eye[k] - view_room_centre[k]) <
-                      view_room_half[k] - 0.1);
+                CHECK(fabs(c.eye[k] - view_room_inside.centre[k]) <
+                      view_room_inside.half[k] - 0.1);
         }
 }
 

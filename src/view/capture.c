@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/process.h"
 #include "common/signals.h"
 #include "view/gl.h"
 #include "view/message.h"
@@ -35,16 +34,11 @@ struct view_capture {
     GLint at[PASSES];      /* the uniform of each */
     view_image picture[2]; /* one for all faces, or one per paraboloid */
     GLuint framebuffer;
-    GLuint lookup;  /* cube, blurred from level 1 on */
+    GLuint lookup;  /* cube of a level more, blurred from level 1 on */
     GLuint samples; /* as from make_samples */
 };
 
 /* ---- cubes ------------------------------------------------------------- */
-
-static void bind(int unit, GLuint cubes)
-{
-    view_gl_bind(unit, GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
-}
 
 /* False: OpenGL has no memory. */
 static bool make_cubes(GLuint *cubes, int size, int levels, int count)
@@ -53,7 +47,7 @@ static bool make_cubes(GLuint *cubes, int size, int levels, int count)
     bool ok = true;
 
     gl.GenTextures(1, cubes);
-    bind(VIEW_CAPTURE_UNIT, *cubes);
+    view_gl_bind(VIEW_CAPTURE_UNIT, target, *cubes);
     for (int l = 0; l < levels && ok; l++) {
         const int n = ibl_cube_edge(size, l);
         gl.TexImage3D(target, l, GL_RGBA16F, n, n, IBL_FACES * count, 0,
@@ -64,42 +58,44 @@ static bool make_cubes(GLuint *cubes, int size, int levels, int count)
     return ok;
 }
 
-bool view_cubes_make(view_cubes *c, int size, int count)
+bool view_probe_maps_make(view_probe_maps *m, int size, int count)
 {
-    if (make_cubes(&c->specular, size, ibl_default_levels(size), count) &&
-        make_cubes(&c->irradiance, VIEW_CAPTURE_IRRADIANCE, 1, count))
+    const int levels = ibl_default_levels(size);
+
+    *m = (view_probe_maps){.lod = {(float)(levels - 1), 0, (float)(levels - 1)},
+                           .irradiance_scale = 1};
+    if (make_cubes(&m->specular, size, levels, count) &&
+        make_cubes(&m->irradiance, VIEW_CAPTURE_IRRADIANCE, 1, count))
         return true;
-    view_cubes_free(c);
+    view_probe_maps_free(m);
     return false;
 }
 
-void view_cubes_free(view_cubes *c)
+void view_probe_maps_free(view_probe_maps *m)
 {
-    gl.DeleteTextures(1, &c->irradiance);
-    gl.DeleteTextures(1, &c->specular);
-    *c = (view_cubes){0};
+    gl.DeleteTextures(1, &m->irradiance);
+    gl.DeleteTextures(1, &m->specular);
+    *m = (view_probe_maps){0};
 }
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Fills a face from the bound textures. */
+/* Fills a face, -1: all, from the bound textures. */
 static void fill(const view_capture *c, int pass, cube_level to, int face,
                  double x, double y)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->framebuffer);
-    gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, to.cubes,
-                               to.level, IBL_FACES * to.layer + face);
     gl.Viewport(0, 0, to.edge, to.edge);
-    gl.UseProgram(c->program[pass]);
-    gl.Uniform4f(c->at[pass], (float)face, (float)to.edge, (float)x, (float)y);
-    view_gl_draw_full(c->program[pass]);
-}
-
-static void fill_all(const view_capture *c, int pass, cube_level to, double x,
-                     double y)
-{
-    for (int face = 0; face < IBL_FACES; face++)
-        fill(c, pass, to, face, x, y);
+    for (int i = 0; i < IBL_FACES; i++) {
+        if (face >= 0 && face != i)
+            continue;
+        gl.FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                                   to.cubes, to.level,
+                                   IBL_FACES * to.layer + i);
+        gl.UseProgram(c->program[pass]);
+        gl.Uniform4f(c->at[pass], (float)i, (float)to.edge, (float)x, (float)y);
+        view_gl_draw_full(c->program[pass]);
+    }
 }
 
 /* ---- samples ------------------------------------------------------------ */
@@ -126,24 +122,6 @@ static const double blur_variance = 5.0 / 3;
 /* Turn from one point to the next: the golden ratio - 1. */
 static const double golden = 0.6180339887498949;
 
-static int lookup_levels(int size)
-{
-    int levels = 1;
-
-    while (size >> levels >= 4)
-        levels++;
-    return levels;
-}
-
-/* Mixes levels only from 1/6 to 5/6, so one lookup in three needs one level and
- * half the work. */
-static double snap_level(double lod)
-{
-    const double level = floor(lod);
-
-    return level + fmin(fmax(1.5 * (lod - level) - 0.25, 0), 1);
-}
-
 /* Fills samples with x, y of a direction about +Z, weight and level of each
  * point. */
 static void place_points(double alpha, int count, int size, float *samples)
@@ -153,7 +131,7 @@ static void place_points(double alpha, int count, int size, float *samples)
     /* Lookups in level 0 show its texels. Level 1 must do where it is narrow
      * enough for the lobe. */
     const double least = 4 * blur_variance * texel < a2;
-    const double most = lookup_levels(size) - 1;
+    const double most = ibl_default_levels(size);
     double sum = 0;
 
     for (int i = 0; i < count; i++) {
@@ -171,25 +149,24 @@ static void place_points(double alpha, int count, int size, float *samples)
         samples[4 * i] = (float)(sin(angle) * cos(phi));
         samples[4 * i + 1] = (float)(sin(angle) * sin(phi));
         samples[4 * i + 2] = (float)cos(angle);
-        samples[4 * i + 3] = (float)snap_level(fmin(fmax(lod, least), most));
+        samples[4 * i + 3] = (float)fmin(fmax(lod, least), most);
         sum += cos(angle);
     }
     for (int i = 0; i < count; i++)
         samples[4 * i + 2] /= (float)sum;
 }
 
+/* A row for each level; the first for irradiance: of roughness 1 it is N.L. */
 static void make_samples(view_capture *c)
 {
     const size_t row = (size_t)4 * MOST_SAMPLES;
     float *all = ibl_need(calloc((size_t)c->levels, row * sizeof *all));
 
-    for (int l = 1; l <= c->levels; l++) {
-        const bool diffuse = l == c->levels; /* of roughness 1 is N.L */
+    for (int l = 0; l < c->levels; l++) {
         const double r =
-            diffuse ? 1
-                    : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, c->levels);
-        place_points(r * r, diffuse ? MOST_SAMPLES : SAMPLES, c->size,
-                     all + row * (size_t)(l - 1));
+            l ? ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, c->levels) : 1;
+        place_points(r * r, l ? SAMPLES : MOST_SAMPLES, c->size,
+                     all + row * (size_t)l);
     }
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
     c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, 0, all);
@@ -223,7 +200,7 @@ view_capture *view_capture_create(view_probe_capture kind, int size)
         c->at[i] = gl.GetUniformLocation(c->program[i], "target");
         ok = c->program[i];
     }
-    if (ok && !make_cubes(&c->lookup, size, lookup_levels(size), 1))
+    if (ok && !make_cubes(&c->lookup, size, c->levels + 1, 1))
         ok = view_fail("this OpenGL has no room for the cubes of a capture");
     make_samples(c);
     if (ok && view_gl_check("making a capture"))
@@ -247,98 +224,77 @@ void view_capture_free(view_capture *c)
     free(c);
 }
 
+/* ---- updates ----------------------------------------------------------- */
+
+/* For each face, then for the paraboloids towards +Z and -Z, which are upright:
+ * view direction, x axis (next column), y axis (next row). OpenGL stores the
+ * lowest row of a picture first: it is the face's row 0. */
+static const int axes[IBL_FACES + 2][3][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
+    {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},  {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
+};
+
 /* Binds the lookups and limits passes to their levels first..last. */
 static void use_lookups(const view_capture *c, int first, int last)
 {
     const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
 
-    bind(VIEW_CAPTURE_UNIT, c->lookup);
+    view_gl_bind(VIEW_CAPTURE_UNIT, target, c->lookup);
     gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, first);
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }
 
-/* ---- drawing the scene ------------------------------------------------- */
-
-/* For each face: view direction, x axis (next column), y axis (next row).
- * OpenGL stores the lowest row of a picture first: it is the face's row 0. */
-static const int faces[IBL_FACES][3][3] = {
-    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
-    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
-    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
-};
-/* The same for the paraboloids, upright, towards +Z and -Z. */
-static const int paraboloids[2][3][3] = {
-    {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},
-    {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
-};
-
-/* Draws a face, or a paraboloid. */
-static void draw(view_capture *c, view_room *room, view_room_draw *d, int index,
-                 cube_level to)
-{
-    const bool two = d->paraboloid = c->kind == VIEW_PROBE_PARABOLOIDS;
-
-    for (int k = 0; k < 3; k++) {
-        const int(*axes)[3] = two ? paraboloids[index] : faces[index];
-        d->camera.forward[k] = axes[0][k];
-        d->camera.right[k] = axes[1][k];
-        d->camera.up[k] = axes[2][k];
-    }
-    if (!view_room_render(room, d, &c->picture[two ? index : 0]) || two)
-        return;
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
-    fill(c, FACE, (cube_level){c->lookup, 0, 0, c->size}, index, 0, 0);
-    fill(c, FACE, to, index, 0, 0);
-}
-
-/* ---- lookups ----------------------------------------------------------- */
-
-/* Makes a level of the lookups from the one before, so that lookups have the
- * variance blur_variance everywhere. The blur adds what is missing. Already
- * there: 1/6 of a texel of that place, by interpolation, and from level 1 on a
- * quarter of the whole. */
-static void blur(const view_capture *c, int level)
-{
-    const int n = c->size >> level;
-    const double mean = 4 * M_PI / (6.0 * n * n);
-    const double middle = 4.0 / n / n; /* the solid angle there */
-
-    use_lookups(c, level - 1, level - 1);
-    fill_all(c, BLUR, (cube_level){c->lookup, 0, level, n},
-             blur_variance * mean * (level > 1 ? 0.75 : 1),
-             middle / (level > 1 ? 6 : 24));
-}
-
 void view_capture_update(view_capture *c, view_room *room,
-                         const view_room_draw *draw_by, const view_cubes *to,
+                         const view_room_draw *draw, const view_probe_maps *to,
                          int layer)
 {
-    const cube_level first = {to->specular, layer, 0, c->size};
-    const int blurs = lookup_levels(c->size) - 1;
     const bool two = c->kind == VIEW_PROBE_PARABOLOIDS;
-    view_room_draw d = *draw_by;
+    const cube_level sharp[2] = {{c->lookup, 0, 0, c->size},
+                                 {to->specular, layer, 0, c->size}};
+    view_room_draw d = *draw;
 
-    for (int i = 0; i < (two ? 2 : IBL_FACES); i++)
-        draw(c, room, &d, i, first);
-    if (two) {
+    d.paraboloid = two;
+    for (int i = 0; i < (two ? 2 : IBL_FACES); i++) {
+        const int(*axis)[3] = axes[two ? IBL_FACES + i : i];
+        for (int k = 0; k < 3; k++) {
+            d.camera.forward[k] = axis[0][k];
+            d.camera.right[k] = axis[1][k];
+            d.camera.up[k] = axis[2][k];
+        }
+        if (!view_room_render(room, &d, &c->picture[two ? i : 0]))
+            return;
         view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0].texture);
         view_gl_bind(VIEW_CAPTURE_UNIT_AWAY, GL_TEXTURE_2D,
                      c->picture[1].texture);
-        fill_all(c, PARABOLOID, (cube_level){c->lookup, 0, 0, c->size}, 0, 0);
-        fill_all(c, PARABOLOID, first, 0, 0);
+        for (int k = 0; k < 2 && !two; k++)
+            fill(c, FACE, sharp[k], i, 0, 0);
     }
-    for (int level = 1; level <= blurs; level++)
-        blur(c, level);
-    use_lookups(c, 0, blurs);
+    for (int k = 0; k < 2 && two; k++)
+        fill(c, PARABOLOID, sharp[k], -1, 0, 0);
+    /* Each level of the lookups from the one before, so that they have the
+     * variance blur_variance everywhere. The blur adds what is missing. Already
+     * there: 1/6 of a texel of that place, by interpolation, and from level 1
+     * on a quarter of the whole. */
+    for (int l = 1; l <= c->levels; l++) {
+        const int n = c->size >> l;
+        const double mean = 4 * M_PI / (6.0 * n * n);
+        const double middle = 4.0 / n / n; /* the solid angle there */
+        use_lookups(c, l - 1, l - 1);
+        fill(c, BLUR, (cube_level){c->lookup, 0, l, n}, -1,
+             blur_variance * mean * (l > 1 ? 0.75 : 1),
+             middle / (l > 1 ? 6 : 24));
+    }
+    use_lookups(c, 0, c->levels);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    for (int l = 1; l < c->levels; l++)
-        fill_all(
-            c, LOBE,
-            (cube_level){to->specular, layer, l, ibl_cube_edge(c->size, l)},
-            l - 1, SAMPLES);
-    fill_all(c, LOBE,
-             (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE},
-             c->levels - 1, MOST_SAMPLES);
+    fill(c, LOBE,
+         (cube_level){to->irradiance, layer, 0, VIEW_CAPTURE_IRRADIANCE}, -1, 0,
+         MOST_SAMPLES);
+    for (int l = 1; l < c->levels; l++) {
+        const int n = ibl_cube_edge(c->size, l);
+        fill(c, LOBE, (cube_level){to->specular, layer, l, n}, -1, l, SAMPLES);
+    }
     gl.UseProgram(0);
     gl.ActiveTexture(GL_TEXTURE0);
 }

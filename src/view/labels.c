@@ -193,8 +193,8 @@ static void write_pointer(const view_app *app, const view_area *area,
     const view_settings *s = &app->side[0];
     const double x = app->mouse[0] - area->x,
                  y = app->mouse[1] - (app->height - area->y - area->height);
-    const view_scene *stage = view_renderer_stage(app->renderer);
-    double weights[IBL_MAX_PROBES + 2];
+    view_scene *stage = view_renderer_stage(app->renderer);
+    double weight;
 
     *text = '\0';
     if (x < 0 || y < 0 || x >= area->width || y >= area->height)
@@ -202,13 +202,13 @@ static void write_pointer(const view_app *app, const view_area *area,
     if (!view_is_lit(s)) {
         write_texel(app, (int)x, area->height - 1 - (int)y, text);
     } else if (s->mode == VIEW_SCENE && stage && s->weights) {
-        const int locals = view_scene_state_of(stage)->draw.locals.count;
+        const int locals = stage->draw.locals.count;
         const int i = view_scene_probe_at(stage, s, area->width, area->height,
-                                          x, y, weights);
+                                          x, y, &weight);
         if (i == locals)
-            snprintf(text, BYTES, "the mirror's probe: %.2f", weights[i]);
+            snprintf(text, BYTES, "the mirror's probe: %.2f", weight);
         else if (i >= 0)
-            snprintf(text, BYTES, "probe %d: %.2f", i, weights[i]);
+            snprintf(text, BYTES, "probe %d: %.2f", i, weight);
         else if (i != VIEW_SCENE_NOWHERE)
             snprintf(text, BYTES, "the environment");
     }

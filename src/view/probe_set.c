@@ -14,11 +14,6 @@ enum {
     SH_EDGE = 16 /* of cubes made from harmonics */
 };
 
-struct view_probe_set {
-    ibl_probe_index index;
-    view_probe_maps locals;
-};
-
 /* Cubes of the harmonics. Sums overshoot: a little below 0 in the dark, alpha
  * above 1. A layer without a probe stays black. */
 static GLuint make_light(const ibl_probe_index *x, const char *name)
@@ -75,25 +70,23 @@ view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index)
 {
     view_probe_set *set = ibl_need(calloc(1, sizeof *set));
     const ibl_probe_index *x = &set->index;
-    view_probe_maps *l = &set->locals;
 
     if (!ibl_probe_index_read(ctx, index, &set->index)) {
-        *l =
-            (view_probe_maps){.count = x->count,
-                              .probe = x->probe,
-                              .holes = x->holes,
-                              .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
-                              .lod_scale = (float)x->lod_scale,
-                              .lod_offset = (float)x->lod_offset,
-                              .last_level = (float)(x->specular.levels - 1),
-                              .irradiance_scale = (float)x->irradiance_scale,
-                              .specular = load_array(ctx, index, &x->specular)};
-        if (l->specular)
-            l->irradiance = x->sh ? make_light(x, index)
-                                  : load_array(ctx, index, &x->irradiance);
+        set->maps = (view_probe_maps){
+            .count = x->count,
+            .probe = x->probe,
+            .holes = x->holes,
+            .lod = {(float)x->lod_scale, (float)x->lod_offset,
+                    (float)(x->specular.levels - 1), (float)x->mapping},
+            .irradiance_scale = (float)x->irradiance_scale,
+            .specular = load_array(ctx, index, &x->specular)};
+        if (set->maps.specular)
+            set->maps.irradiance = x->sh
+                                       ? make_light(x, index)
+                                       : load_array(ctx, index, &x->irradiance);
         gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, 0);
     }
-    if (l->irradiance)
+    if (set->maps.irradiance)
         return set;
     view_probe_set_free(set);
     return NULL;
@@ -103,13 +96,7 @@ void view_probe_set_free(view_probe_set *set)
 {
     if (!set)
         return;
-    gl.DeleteTextures(1, &set->locals.irradiance);
-    gl.DeleteTextures(1, &set->locals.specular);
+    view_probe_maps_free(&set->maps);
     ibl_probe_index_free(&set->index);
     free(set);
-}
-
-const view_probe_maps *view_probe_set_locals(const view_probe_set *set)
-{
-    return &set->locals;
 }

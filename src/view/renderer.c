@@ -271,8 +271,10 @@ static bool update_stage(view_renderer *r, int i, const view_settings *s)
         .map = r->backdrop && !set_of(r, 0)->own_sky};
 
     fill_frame(r, i, s, &e.frame);
-    if (!of->stage && (of->stage = view_scene_create()))
+    if (!of->stage && (of->stage = view_scene_create())) {
         view_scene_use(of->stage, r->probes);
+        of->stage->told = i && !r->side[1].set; /* about the same set */
+    }
     return of->stage &&
            view_scene_update(of->stage, s, &e, maps[IBL_CONTENT_LUT], r->model,
                              &r->stale);

@@ -156,10 +156,8 @@ void view_report_set(const baked_set *set)
 
 void view_report_probe_set(const view_probe_set *set, const char *path)
 {
-    const view_probe_maps *l = view_probe_set_locals(set);
-
-    view_tell("probes: %s, %d, levels: %g", path, l->count,
-              (double)l->last_level + 1);
+    view_tell("probes: %s, %d, levels: %d", path, set->index.count,
+              set->index.specular.levels);
     fflush(stdout);
 }
 
@@ -179,10 +177,9 @@ void view_stats_end(view_stats *t, const view_renderer *r,
     const view_scene *stage = view_renderer_stage(r);
 
     if (s->mode == VIEW_SCENE) {
-        const view_scene_state *state = view_scene_state_of(stage);
-        printf("probe seconds=%.3f size=%d capture=%s ms=%.1f", state->shown,
+        printf("probe seconds=%.3f size=%d capture=%s ms=%.1f", stage->shown,
                s->probe_size, view_probe_capture_names[s->probe_capture],
-               state->ms);
+               stage->ms);
     } else {
         printf("view mode=%s", view_mode_names[s->mode]);
     }
@@ -199,7 +196,7 @@ void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s)
 {
     const view_scene *stage = view_renderer_stage(r);
-    const int updates = stage ? view_scene_state_of(stage)->updates : 0;
+    const int updates = stage ? stage->updates : 0;
 
     if (!t->frames || (s->mode == VIEW_SCENE ? updates == t->updates
                                              : ibl_now() - t->begun < 1))

@@ -2,7 +2,7 @@
 // Passes of view/capture.c, each a program, that fill a cube's face; most of
 // them read an array of one cube. Row 0, first in memory, is the top row.
 #include "cube.glsl"
-#include "paraboloid.glsl"
+#include "room.glsl"
 
 uniform vec4 target; // the face, its edge, two numbers of the pass
 
@@ -62,20 +62,11 @@ vec4 lookup(sampler2D picture, vec3 d)
     return textureLod(picture, 0.5 + 0.5 * paraboloid_place(d), 0.0);
 }
 
-// Both pictures are mixed where the cosine to the axis is within +-RIM: each
-// has its own errors there.
-const float RIM = 0.04;
-
 vec4 result()
 {
     vec3 d = normalize(texel_direction());
-    float share = clamp(0.5 + 0.5 * d.z / RIM, 0.0, 1.0);
-    vec4 towards = vec4(0.0), away = vec4(0.0);
-    if (share > 0.0)
-        towards = lookup(source, vec3(-d.x, d.y, d.z));
-    if (share < 1.0)
-        away = lookup(source1, vec3(d.x, d.y, -d.z));
-    return mix(away, towards, share);
+    return d.z > 0.0 ? lookup(source, vec3(-d.x, d.y, d.z))
+                     : lookup(source1, vec3(d.x, d.y, -d.z));
 }
 #elif defined(BLUR)
 // The source blurred by a Gaussian of the same width everywhere on the sphere;

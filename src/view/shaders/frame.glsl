@@ -51,12 +51,6 @@ vec3 turned(vec3 world)
                 turn.y * world.x + turn.x * world.z);
 }
 
-vec3 turned_back(vec3 environment)
-{
-    return vec3(turn.x * environment.x + turn.y * environment.z, environment.y,
-                turn.x * environment.z - turn.y * environment.x);
-}
-
 // Place of a direction of the environment in its map: row 0 is the zenith, the
 // middle column +X.
 vec2 place_in_map(vec3 d)

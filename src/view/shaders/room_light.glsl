@@ -18,7 +18,11 @@ struct probe_light {
     vec3 towards; // the middle of the lobe
     float level;  // its roughness in cubes
     vec4 specular, light;
+    vec2 largest; // the probe with the largest share of light, and that
 };
+
+// order.w
+const int WEIGHTS = 1, LARGEST = 2;
 
 // Adds what a probe sees.
 void take(inout vec4 sum, vec4 seen, float influence)
@@ -28,47 +32,19 @@ void take(inout vec4 sum, vec4 seen, float influence)
         sum += vec4(share / seen.a * seen.rgb, -share);
 }
 
-// How far the way from a point leads through box i; below 0: it does not. No
-// component of way is 0.
-float through(int i, vec3 from, vec3 way)
+// In the order of the locals, then the dynamic one.
+int number_of(int i)
 {
-    vec3 a = (boxes[2 * i].xyz - from) / way;
-    vec3 b = (boxes[2 * i + 1].xyz - from) / way;
-    vec3 low = min(a, b), high = max(a, b);
-    float enter = max(max(low.x, low.y), max(low.z, 0.0));
-    float leave = min(min(high.x, high.y), min(high.z, 1.0));
-    return (leave - enter) * length(way);
+    return i == order.x ? order.y - 1 : i > order.x ? i - 1 : i;
 }
 
-// The part of a light in direction l (unit) that is seen. Edges of shadows are
-// as wide as about a pixel.
-float lit_from(surface s, vec3 l)
-{
-    const float beyond = 100.0, edge = 0.005;
-    // Triangles of spheres are up to 0.001 below them.
-    vec3 from = s.position + 0.003 * s.normal, way = beyond * l;
-    float free = 1.0;
-
-    way += vec3(equal(way, vec3(0.0))) * 1e-6;
-    for (int i = 0; i < hiding.x; i++)
-        free *= 1.0 - smoothstep(0.0, 2.0 * edge, through(i, from, way));
-    for (int i = 0; i < hiding.y; i++) {
-        vec3 to = spheres[i].xyz - from;
-        float along = dot(to, l), r = spheres[i].w;
-        float miss = sqrt(max(dot(to, to) - along * along, 0.0));
-        if (along > 0.0)
-            free *= smoothstep(r - edge, r + edge, miss);
-    }
-    return free;
-}
-
-// view_room_hue of view/room.h.
+// White of the dynamic probe.
 vec3 hue_of(int i)
 {
-    vec3 turns = fract(0.618033988749895 * float(i) +
+    vec3 turns = fract(0.618033988749895 * float(number_of(i)) +
                        vec3(0.0, 2.0, 1.0) / 3.0);
-    return i == order.y ? vec3(1.0)
-                               : clamp(abs(6.0 * turns - 3.0) - 1.0, 0.0, 1.0);
+    return i == order.x ? vec3(1.0)
+                        : clamp(abs(6.0 * turns - 3.0) - 1.0, 0.0, 1.0);
 }
 
 void add_probe(surface s, int i, float influence, inout probe_light b)
@@ -77,7 +53,7 @@ void add_probe(surface s, int i, float influence, inout probe_light b)
     vec4 normal = vec4(s.normal, probe.layer), lookup, seen, light;
     lookup.w = normal.w;
     ibl_probe_parallax(probe, s.position, b.towards, lookup.xyz);
-    if (i < order.y) {
+    if (i != order.x) {
         seen = textureLod(local_specular, lookup, ibl_lod(local_lod, b.level));
         light = textureLod(local_irradiance, normal, 0.0);
         light.rgb *= scales.x;
@@ -87,17 +63,20 @@ void add_probe(surface s, int i, float influence, inout probe_light b)
         light = textureLod(dynamic_irradiance, normal, 0.0);
         light.rgb *= scales.y;
     }
-    if (order.w != 0)
+    if (order.w == WEIGHTS)
         light.rgb = light.a * hue_of(i);
     take(b.specular, seen, influence);
+    float left = b.light.a;
     take(b.light, light, influence);
+    if (left - b.light.a > b.largest.y)
+        b.largest = vec2(number_of(i), left - b.light.a);
 }
 
+// Of a local probe.
 float distance_to(int i, vec3 point)
 {
-    return max(distance(texelFetch(probe_buffer, ibl_probe_texels * i + 4).xyz,
-                        point),
-               1e-6);
+    vec3 from = texelFetch(probe_buffer, ibl_probe_texels * i + 4).xyz;
+    return i == order.x ? 1e30 : max(distance(from, point), 1e-6);
 }
 
 // Of the nearest local probes: how far they are, and the sum of the inverse
@@ -121,14 +100,13 @@ vec2 nearest_reach(vec3 point)
     return r;
 }
 
-// The weight of a probe before its alpha; the dynamic one's index is the last.
+// The weight of a probe before its alpha.
 // scale: of the nearest, the weight that is left to them.
 float weight_of(int i, vec3 point, vec2 nearest, float scale)
 {
-    if (i == order.y ? hiding.z == 0 : order.z > 0) {
+    if (i != order.x && order.z > 0) {
         float away = distance_to(i, point);
-        return i < order.y && away <= nearest.x ? scale / away / nearest.y
-                                                : 0.0;
+        return away <= nearest.x ? scale / away / nearest.y : 0.0;
     }
     vec4 first = texelFetch(probe_buffer, ibl_probe_texels * i);
     vec4 second = texelFetch(probe_buffer, ibl_probe_texels * i + 1);
@@ -144,18 +122,16 @@ void add_probes(surface s, inout probe_light b)
 
     for (int n = 0; b.specular.a > 0.0 || b.light.a > 0.0; n++) {
         float weight = 0.0;
-        int i = 0;
         // Software runs all of a loop's body for each probe: this one is short.
-        for (; n <= order.y; n++) {
-            i = n < order.x ? n : n == order.x ? order.y : n - 1;
-            weight = weight_of(i, s.position, nearest, scale);
+        for (; n < order.y; n++) {
+            weight = weight_of(n, s.position, nearest, scale);
             if (weight > 0.0)
                 break;
         }
         if (weight <= 0.0)
             break;
-        add_probe(s, i, weight, b);
-        if (i == order.y)
+        add_probe(s, n, weight, b);
+        if (n == order.x)
             scale = b.light.a;
     }
 }
@@ -171,7 +147,7 @@ void light_by_probes(surface s, out vec3 specular, out vec3 light)
                      : ibl_lobe_split(s.roughness, chain);
     probe_light b = probe_light(
         normalize(mix(reflect(-s.view, s.normal), s.normal, q.bend)), q.lod,
-        none, none);
+        none, none, vec2(-1.0, 0.0));
     add_probes(s, b);
     vec4 seen = b.specular;
     light = b.light.rgb;
@@ -179,21 +155,11 @@ void light_by_probes(surface s, out vec3 specular, out vec3 light)
         seen.rgb += seen.a * textureLod(specular_map, turned(b.towards),
                                         ibl_lod(lod, q.lod)).rgb;
     if (b.light.a > 0.0)
-        light += b.light.a * (order.w != 0 ? vec3(0.2) : irradiance(s.normal));
+        light += b.light.a *
+                 (order.w == WEIGHTS ? vec3(0.2) : irradiance(s.normal));
+    if (order.w == LARGEST)
+        light = b.light.a < b.largest.y ? vec3(b.largest, 0.0)
+                                        : vec3(-1.0, b.light.a, 0.0);
     specular = specular_factor(s) * mix(seen.rgb, light, q.diffuse);
-}
-
-// As add_lights, of the discs alone, with shadows.
-void add_room_lights(surface s, int discs, inout vec3 specular,
-                     inout vec3 light)
-{
-    for (int i = 0; i < discs && order.w == 0; i++) {
-        vec3 l = turned_back(disc_direction[i].xyz);
-        if (dot(s.normal, l) > 0.0)
-            ibl_add_light(s.normal, s.view, s.f0, s.roughness, l,
-                          disc_direction[i].w,
-                          lit_from(s, l) * disc_irradiance[i].rgb, specular,
-                          light);
-    }
 }
 #endif

@@ -2,6 +2,7 @@
 // What is behind everything. Each kind has a program of its own, which defines
 // BACKDROP: software draws all branches of a pixel.
 #include "light.glsl"
+#include "room.glsl"
 
 layout(location = 0) out vec4 colour;
 
@@ -110,7 +111,11 @@ const int COLOUR = 0, CUBE = 1, MAP = 2;
 
 void main()
 {
+#ifdef PROBES
+    vec3 ray = room_ray(gl_FragCoord.xy), d = turned(ray);
+#else
     vec3 ray = ray_through(gl_FragCoord.xy), d = turned(ray);
+#endif
     colour = BACKDROP == COLOUR ? background
            : vec4(BACKDROP == CUBE  ? backdrop_cube(d)
                   : BACKDROP == MAP ? backdrop_of_map(d)

@@ -38,11 +38,7 @@ void lit(surface s, bool diffuse_part, uint number, out vec3 specular,
                                 turned(s.view), light);
 #endif
     }
-#ifdef PROBES
-    add_room_lights(s, discs, specular, light);
-#else
     add_lights(s, discs, specular, light);
-#endif
     specular *= float(PARTS != DIFFUSE_LIGHT);
     light *= float(PARTS != SPECULAR);
 }
