@@ -84,6 +84,20 @@ static unsigned char *draw(const view_settings *a, const view_settings *b)
     return view_picture_read(0, WIDTH, HEIGHT, 4);
 }
 
+/* A row of a setting, not of what else the command line has. */
+static bool is_setting(const view_control *c)
+{
+    return c->option.offset < sizeof(view_settings) &&
+           c->option.kind < IBL_OPTION_HELP;
+}
+
+static int *choice(const char *name, view_settings *s)
+{
+    for (int i = 0;; i++)
+        if (!strcmp(view_control_at(i)->option.name, name))
+            return view_control_field(view_control_at(i), s);
+}
+
 /* What a row needs besides its mode. */
 static void prepare(view_settings *s, const view_control *c, int mode)
 {
@@ -92,20 +106,10 @@ static void prepare(view_settings *s, const view_control *c, int mode)
     s->probe_size = 16;
     s->rows = s->columns = 3;
     s->light_count = 1;
-    if (c->where & VIEW_NEED_DIFFERENCE)
-        s->compare = VIEW_DIFFERENCE;
-    else if (c->where & (VIEW_NEED_COMPARE | VIEW_NEED_SPLIT))
-        s->compare = VIEW_SPLIT;
-    if (c->where & VIEW_NEED_BLUR)
-        s->background = VIEW_BACKGROUND_BLUR;
-    if (c->where & VIEW_NEED_LEVEL)
-        s->background = VIEW_BACKGROUND_LEVEL;
-    if (c->where & VIEW_NEED_COLOUR)
-        s->background = VIEW_BACKGROUND_COLOUR;
+    if (c->of)
+        *choice(c->of, s) = c->is;
     if (c->where & VIEW_NEED_PROBES)
         s->probes = 4;
-    if (c->where & VIEW_NEED_K)
-        s->probe_choice = VIEW_PROBES_NEAREST_K;
     if (!strcmp(c->option.name, "probe-choice"))
         s->probes = 9;
 }
@@ -147,8 +151,6 @@ static bool vary(const view_control *c, view_settings *s, int turn)
         *n = 32;
     else if (!strcmp(c->option.name, "nearest"))
         *n = 1;
-    else if (!strcmp(c->option.name, "reference"))
-        s->reflection = VIEW_REFERENCE;
     else if (c->option.kind == IBL_OPTION_REAL || c->shape) {
         for (size_t i = 0; i < sizeof reals / sizeof *reals; i++)
             if (!strcmp(reals[i].name, c->option.name)) {
@@ -196,18 +198,15 @@ TEST(each_setting_changes_the_picture)
     begin();
     for (int i = 0; (c = view_control_at(i)); i++)
         for (int mode = 0; mode < VIEW_MODES; mode++) {
-            const bool file = c->where & VIEW_NEED_FILE;
-            if (!(c->where >> mode & 1) || c->where & VIEW_NEED_WINDOW ||
+            if (!is_setting(c) || !(c->where >> mode & 1) ||
+                c->where & VIEW_NEED_WINDOW ||
                 !strcmp(c->option.name, "array-layer") ||
-                ((mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP) &&
-                 !(c->where & ~(VIEW_IN_ALL | VIEW_NEED_SPLIT |
-                                VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE)) &&
-                 c->where & (VIEW_NEED_SPLIT | VIEW_NEED_DIFFERENCE)))
+                /* Both sides are alike. */
+                (c->of && !strcmp(c->of, "compare") &&
+                 (mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP)))
                 continue;
-            view_renderer_model(on.renderer, file ? on.model : NULL);
-            if (getenv("DBG"))
-                fprintf(stderr, "%s %s\n", c->option.name,
-                        view_mode_names[mode]);
+            view_renderer_model(on.renderer,
+                                c->where & VIEW_NEED_FILE ? on.model : NULL);
             CHECK_MSG(is_changed(c, mode), "--%s changes nothing in %s",
                       c->option.name, view_mode_names[mode]);
         }
@@ -242,12 +241,14 @@ TEST(others_are_refused)
                 mode[] = "--mode";
     const view_control *c;
 
-    for (int i = 1; (c = view_control_at(i)); i++)
+    for (int i = 0; (c = view_control_at(i)); i++)
         for (int m = 0; m < VIEW_MODES; m++) {
             char *words[9] = {name, picture, png, mode,
                               (char *)view_mode_names[m]};
             view_options o;
             int status;
+            if (!is_setting(c))
+                continue;
             words_of(c, words + 5);
             view_test_catch();
             const bool ok = view_options_parse(words, &o, &status);
@@ -259,7 +260,7 @@ TEST(others_are_refused)
             CHECK_MSG(c->where >> m & 1 ? true : !ok, "--%s is taken in %s",
                       c->option.name, view_mode_names[m]);
             CHECK_MSG(ok || !(c->where >> m & 1) || c->where >> VIEW_MODES ||
-                          !strcmp(c->option.name, "compare"),
+                          c->of || !strcmp(c->option.name, "compare"),
                       "--%s in %s: %s", c->option.name, view_mode_names[m],
                       said);
         }
@@ -284,7 +285,8 @@ TEST(keys_change_one_setting)
             view_app_fit(&app);
             const view_settings before = app.side[0];
             view_settings undone = before;
-            const char *why = view_control_why(c, view_app_facts(&app));
+            const char *why =
+                view_control_why(c, &before, view_app_facts(&app));
             app.notice[0] = '\0';
             view_keys_press(&app, c->key);
             CHECK(app.notice[0]);

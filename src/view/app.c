@@ -80,7 +80,8 @@ void view_app_fit(view_app *app)
 
 unsigned view_app_facts(const view_app *app)
 {
-    return view_facts(&app->side[app->edited], app->model, app->probes, NULL);
+    return view_facts(&app->side[app->edited], app->model, app->probes,
+                      app->options);
 }
 
 /* Shows the set in the free slot. If that fails, restores the previous set and
@@ -100,8 +101,6 @@ static bool show(view_app *app, const view_request *what)
     view_set_free(free_slot(app)); /* the previous set */
     app->side[0].layer = set->layer;
     view_app_fit(app);
-    if (app->options->verbose)
-        view_report_set(set);
     app->request = *what;
     if (what->path != app->path)
         snprintf(app->path, sizeof app->path, "%s", what->path);
@@ -257,11 +256,8 @@ void view_app_step(view_app *app, int step)
 static bool load_other(view_app *app)
 {
     const view_request what = {.path = app->options->against_set};
-    const char *why;
 
-    if (!(view_kind_of(what.path, IBL_INPUT_AUTO, &why) == VIEW_KIND_MAP
-              ? view_set_bake(app->ctx, &what, &app->other)
-              : view_set_open(app->ctx, &what, &app->other)))
+    if (!view_still_load(app->ctx, &what, &app->other))
         return false;
     const char *lacks = view_set_lacks(&app->other, app->side[1].diffuse);
     return !lacks ? view_renderer_against(app->renderer, &app->other)
@@ -272,19 +268,12 @@ bool view_app_make(view_app *app)
 {
     const view_options *o = app->options;
 
-    if (o->verbose)
-        printf("OpenGL %s, %s, by %s\n", (const char *)gl.GetString(GL_VERSION),
-               (const char *)gl.GetString(GL_RENDERER), view_screen_by());
     app->renderer = view_renderer_create();
     if (!app->renderer)
         return false;
-    if ((o->probe_set && !load_probes(app, o->probe_set)) ||
-        (o->against_set && !load_other(app)) ||
-        (o->model && !load_model(app, o->model)))
-        return false;
-    if (o->verbose && o->probe_set)
-        view_report_probe_set(app->probes, o->probe_set);
-    return true;
+    return (!o->probe_set || load_probes(app, o->probe_set)) &&
+           (!o->against_set || load_other(app)) &&
+           (!o->model || load_model(app, o->model));
 }
 
 void view_app_end(view_app *app)

@@ -118,10 +118,15 @@ void view_app_notice_failure(view_app *app);
 /* Runs the window until it is closed. False after a message. */
 bool view_window_run(ibl_ctx *ctx, const view_options *options);
 
-/* ---- pictures without a window (still.c) ------------------------------- */
+/* ---- pictures in files (still.c) ---------------------------------------- */
 
 /* Opens or bakes the set of the options and makes their outputs: a picture, a
  * contact sheet or a turntable. False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
+/* Bakes a map, or opens a set. False, with a message, and *set zeroed. */
+bool view_still_load(ibl_ctx *ctx, const view_request *what, baked_set *set);
+/* Writes what a window shows to the first iblview-NNN.png that does not exist,
+ * and says so, or why not. */
+void view_still_write(view_app *app);
 
 #endif

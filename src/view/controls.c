@@ -6,27 +6,47 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/names.h"
+#include "common/path.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
-
-const char *const view_material_names[VIEW_MATERIALS + 1] = {
-    "gold",        "copper",   "iron",        "silver",
-    "aluminium",   "titanium", "red acrylic", "blue acrylic",
-    "polystyrene", "water",    "diamond",     "white"};
+#include "view/truth.h"
 
 /* ---- values of their own kind ------------------------------------------ */
 
-static bool parse_grid(void *field, const char *value)
+static bool parse_edges(int to[2], const char *value, int most)
 {
-    int *to = field;
     const char *end;
 
-    return ibl_number_int(value, 1, VIEW_MAX_GRID, &to[0], &end) &&
-           *end == 'x' &&
-           ibl_number_int(end + 1, 1, VIEW_MAX_GRID, &to[1], &end) && !*end;
+    return ibl_number_int(value, 1, most, &to[0], &end) && *end == 'x' &&
+           ibl_number_int(end + 1, 1, most, &to[1], &end) && !*end;
+}
+
+static bool parse_grid(void *field, const char *value)
+{
+    return parse_edges(field, value, VIEW_MAX_GRID);
+}
+
+static bool parse_size(void *field, const char *value)
+{
+    return parse_edges(field, value, 16384);
+}
+
+static bool parse_picture(void *field, const char *value)
+{
+    const size_t length = strlen(value);
+
+    *(const char **)field = value;
+    return view_picture_is_linear(value) ||
+           (length > 4 && !strcasecmp(value + length - 4, ".png"));
+}
+
+static bool parse_face_order(void *order, const char *value)
+{
+    return ibl_face_order_parse(value, order);
 }
 
 static bool parse_range(void *field, const char *value)
@@ -56,11 +76,22 @@ static bool parse_probe_size(void *field, const char *value)
     return true;
 }
 
-static bool set_reference(void *field, const char *value)
+/* ---- what is printed ---------------------------------------------------- */
+
+static void print_materials(FILE *to)
 {
-    (void)value;
-    *(view_reflection *)field = VIEW_REFERENCE;
-    return true;
+    for (const view_material *m = view_materials; m->name; m++)
+        fprintf(to,
+                "%-12s metal F0 %.3f %.3f %.3f, else F0 %.3f and albedo %.3f "
+                "%.3f %.3f; %s\n",
+                m->name, m->metal[0], m->metal[1], m->metal[2],
+                m->dielectric_f0, m->diffuse * m->metal[0],
+                m->diffuse * m->metal[1], m->diffuse * m->metal[2], m->source);
+}
+
+static void print_version(FILE *to)
+{
+    fprintf(to, "iblview %s\n", IBL_VERSION);
 }
 
 /* ---- the table ---------------------------------------------------------- */
@@ -74,16 +105,134 @@ enum {
     CUBES = LEVELS | VIEW_IN_IRRADIANCE,
     FLAT = VIEW_IN_FLAT,
     LIT = VIEW_IN_LIT,
-    SIDE = VIEW_OF_SIDE,
-    DEFAULT_GRID = 7
+    SIDE = VIEW_OF_SIDE
 };
 
-#define IBL_SETTINGS view_settings
+#define IBL_SETTINGS view_options
 #define ON(field) .kind = IBL_OPTION_ON, IBL_AT(field)
 #define OFF(field) .kind = IBL_OPTION_OFF, IBL_AT(field)
-#define NAMED(code) VIEW_KEY(GLFW_KEY_##code)
+#define PRINT(function) .kind = IBL_OPTION_PRINT, .print = (function)
+#define PICTURE(field)                                                         \
+    IBL_OTHER(field, "OUT.png", parse_picture),                                \
+        .allowed = "a name that ends in .png, or in .exr for linear floats",   \
+        .standard = ""
 
 /* clang-format off */
+static const view_control files[] = {
+    {{"model", 0, IBL_TEXT(model, "FILE"),
+      .allowed = "a scene of glTF 2.0: .gltf, .glb",
+      .standard = "none",
+      .help = "show a model by the set; implies --mode model, but in --mode "
+              "scene it stands in the room"},
+     .where = MODEL | SCENE},
+    {{"probe-set", 0, IBL_TEXT(probe_set, "INDEX"), .standard = "",
+      .help = "local probes that iblbake probes baked: its index.json"},
+     .where = SCENE},
+    {{"irradiance", 0, IBL_TEXT(request.irradiance, "FILE"), .standard = "",
+      .help = "the irradiance map, if it is not beside PATH"},
+     .where = LIT | SCENE | VIEW_IN_IRRADIANCE},
+    {{"lut", 0, IBL_TEXT(request.lut, "FILE"), .standard = "",
+      .help = "the BRDF table"},
+     .where = LIT | SCENE | VIEW_IN_TABLE},
+    {{"input-layout", 0, IBL_CHOICE(request.layout, ibl_input_names),
+      .help = "how PATH holds an environment to bake: as of iblbake; with "
+              "cube, a texture is one"},
+     .where = ALL},
+    {{"face-order", 0, IBL_OTHER(request.face_order, "LIST", parse_face_order),
+      .allowed = IBL_FACE_ORDER_ALLOWED, .standard = "the layout's",
+      .help = "which faces those of an environment are, as of iblbake"},
+     .where = ALL},
+    {{"input-transfer", 0, IBL_CHOICE(request.transfer, ibl_transfer_names),
+      .help = "the curve of an environment's integers, as of iblbake"},
+     .where = ALL},
+    {{"map", 0, IBL_TEXT(request.map, "FILE"), .standard = "",
+      .help = "the map that PATH was baked from, if it is not where it was: "
+              "the backdrop and the reference"},
+     .where = ALL},
+    {{"sky", 0, IBL_TEXT(request.sky, "FILE"), .standard = "",
+      .help = "the cube behind the spheres, in place of the map, the skybox "
+              "or level 0"},
+     .where = LIT | SCENE},
+};
+
+static const view_control pictures[] = {
+    {{"offscreen", 0, PICTURE(offscreen),
+      .help = "write a picture and open no window: needs no display"},
+     .where = ALL},
+    {{"contact-sheet", 0, PICTURE(contact_sheet),
+      .help = "write a sheet of pictures the same way: of spheres materials by "
+              "turns, of levels all by exposure"},
+     .where = SPHERES | LEVELS},
+    {{"turntable", 0, IBL_INT(turntable, 2, 9999), .standard = "none",
+      .help = "write so many pictures of a turn of the camera, OUT-001.png "
+              "and so on"},
+     .where = LIT | SCENE | VIEW_NEED_ONE},
+    {{"no-labels", 0, OFF(labels),
+      .help = "leave labels, axes and legends out of pictures"},
+     .where = ALL | VIEW_NEED_TONE},
+    {{"panel", 0, ON(panel),
+      .help = "draw the panel of controls beside the picture"},
+     .where = ALL | VIEW_NEED_TONE | VIEW_NEED_ONE},
+    {{"size", 0, IBL_OTHER(size, "WxH", parse_size),
+      .allowed = "1x1 to 16384x16384",
+      .standard = "1280x720, 320x240 in a sheet",
+      .help = "size of the window, the picture or each picture of a sheet"},
+     .where = ALL},
+    {{"samples", 0, IBL_INT(samples, 1, VIEW_TRUTH_SAMPLES),
+      .help = "samples of the reference at each pixel of a picture"},
+     .where = LIT | VIEW_NEED_PICTURE | VIEW_NEED_REFERENCE},
+    {{"mean-exposure", 0, ON(mean_exposure),
+      .help = "expose the picture so that its mean luminance is middle grey"},
+     .where = ALL | VIEW_NEED_ONE},
+};
+
+static const view_control compare[] = {
+    {{"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
+      .help = "show two states side by side, or their difference; pictures "
+              "print the error of each sphere"},
+     .label = "compare", .where = ALL, .key = 'f', .back = 'F'},
+    {{"split", 0, IBL_REAL(settings.split, "X", 0, 1),
+      .help = "where the other begins, as a fraction of the width of each "
+              "sphere's place, or of the picture"},
+     .label = "split", .where = ALL, .of = "compare", .is = VIEW_SPLIT,
+     .key = 's', .back = 'S',
+     .step = 0.05},
+    {{"gain", 0, IBL_REAL(settings.gain, "G", 1e-3, 1e6),
+      .help = "factor of the difference"},
+     .label = "gain", .where = ALL | VIEW_NEED_TONE, .of = "compare",
+     .is = VIEW_DIFFERENCE, .key = 'g', .back = 'G', .slide = {0.1, 1000}},
+    {{"against", 0, IBL_TEXT(against, "OPTIONS"), .standard = "reference",
+      .help = "what the other side has otherwise, as \"--diffuse sh\" or only "
+              "the name of a reflection"},
+     .where = ALL},
+    {{"against-set", 0, IBL_TEXT(against_set, "PATH"), .standard = "",
+      .help = "draw the other side by this set or map"},
+     .where = ALL},
+};
+
+static const view_control running[] = {
+    {{"quiet", 'q', ON(quiet), .help = "print only errors"},
+     .where = ALL},
+    {{"stats", 0, ON(stats),
+      .help = "print the times of frames, and what draws: each second or, of "
+              "a picture, after it"},
+     .where = ALL},
+    {{"keys", 0, PRINT(view_print_keys),
+      .help = "print the keys of the window"},
+     .where = ALL},
+    {{"materials", 0, PRINT(print_materials),
+      .help = "print the materials and the sources of their numbers"},
+     .where = ALL},
+    {{"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
+     .where = ALL},
+    {{"version", 0, PRINT(print_version), .help = "print the version"},
+     .where = ALL},
+};
+
+#undef IBL_SETTINGS
+#define IBL_SETTINGS view_settings
+#define NAMED(code) VIEW_KEY(GLFW_KEY_##code)
+
 static const view_control shown[] = {
     {{"mode", 0, IBL_CHOICE(mode, view_mode_names),
       .help = "spheres, the maps themselves, a room with probes, the model of "
@@ -95,7 +244,8 @@ static const view_control shown[] = {
      .label = "layout", .where = CUBES, .key = 'l', .back = 'L'},
     {{"level", 0, IBL_INT(level, 0, IBL_MAX_LEVELS - 1),
       .help = "level of the specular cube"},
-     .label = "level", .where = LEVELS | SIDE, .key = ']', .back = '['},
+     .label = "level", .where = LEVELS | SIDE | VIEW_NEED_NO_SHEET, .key = ']',
+     .back = '['},
     {{"array-layer", 0, IBL_INT(layer, 0, VIEW_MAX_LAYER),
       .help = "layer of an array, as iblbake probes writes it"},
      .label = "layer of an array", .where = ALL & ~(SCENE | VIEW_IN_TABLE),
@@ -120,8 +270,9 @@ static const view_control materials[] = {
     {{"material", 0, IBL_CHOICE(material, view_material_names),
       .help = "material of spheres and ball: its metal in the upper rows, its "
               "plastic in the lower"},
-     .label = "material", .where = LIT | SIDE | VIEW_NEED_MATERIAL, .key = 'n',
-     .back = 'N'},
+     .label = "material",
+     .where = LIT | SIDE | VIEW_NEED_MATERIAL | VIEW_NEED_NO_SHEET,
+     .key = 'n', .back = 'N'},
     {{"grid", 0, IBL_OTHER(rows, "RxC", parse_grid), .low = 1,
       .high = VIEW_MAX_GRID, .allowed = "1x1 to 16x16",
       .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
@@ -182,29 +333,10 @@ static const view_control reflection[] = {
               "in one to four taps; or the integral itself"},
      .label = "reflection", .where = LIT | SCENE | SIDE, .key = 'r',
      .back = 'R'},
-    {{"reference", 0, IBL_OTHER(reflection, NULL, set_reference),
-      .help = "the same as --reflection reference"},
-     .where = LIT | SIDE},
     {{"seams", 0, ON(seams),
       .help = "look cubes up face by face, as OpenGL does without "
               "GL_TEXTURE_CUBE_MAP_SEAMLESS"},
      .label = "seams of cubes", .where = LIT | SCENE | SIDE},
-};
-
-static const view_control compare[] = {
-    {{"compare", 0, IBL_CHOICE(compare, view_compare_names),
-      .help = "show two states side by side, or their difference; pictures "
-              "print the error of each sphere"},
-     .label = "compare", .where = ALL, .key = 'f', .back = 'F'},
-    {{"split", 0, IBL_REAL(split, "X", 0, 1),
-      .help = "where the other begins, as a fraction of the width of each "
-              "sphere's place, or of the picture"},
-     .label = "split", .where = ALL | VIEW_NEED_SPLIT, .key = 's', .back = 'S',
-     .step = 0.05},
-    {{"gain", 0, IBL_REAL(gain, "G", 1e-3, 1e6),
-      .help = "factor of the difference"},
-     .label = "gain", .where = ALL | VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE,
-     .key = 'g', .back = 'G', .slide = {0.1, 1000}},
 };
 
 static const view_control probes[] = {
@@ -227,7 +359,8 @@ static const view_control probes[] = {
     {{"nearest", 0, IBL_INT(nearest, 1, VIEW_MAX_NEAREST),
       .help = "how many of the nearest"},
      .label = "nearest probes",
-     .where = SCENE | SIDE | VIEW_NEED_PROBES | VIEW_NEED_K},
+     .where = SCENE | SIDE | VIEW_NEED_PROBES, .of = "probe-choice",
+     .is = VIEW_PROBES_NEAREST_K},
     {{"weights", 0, ON(weights),
       .help = "show the weights of probes as colours, one for each probe"},
      .label = "weights as colours", .where = SCENE, .key = 'w'},
@@ -282,16 +415,18 @@ static const view_control display[] = {
      .label = "background", .where = LIT, .key = 'b', .back = 'B'},
     {{"blur", 0, IBL_REAL(blur, "R", 0, 1),
       .help = "roughness by which the background is blurred"},
-     .label = "its roughness", .where = LIT | VIEW_NEED_BLUR},
+     .label = "its roughness", .where = LIT, .of = "background",
+     .is = VIEW_BACKGROUND_BLUR},
     {{"background-level", 0,
       IBL_INT(background_level, 0, IBL_MAX_LEVELS - 1),
       .help = "level of the specular cube that is the background"},
-     .label = "its level", .where = LIT | VIEW_NEED_LEVEL},
+     .label = "its level", .where = LIT, .of = "background",
+     .is = VIEW_BACKGROUND_LEVEL},
     {{"colour", 0, IBL_OTHER(background_colour, "R,G,B", parse_colour),
       .high = 1, .allowed = "three linear numbers, 0 or more",
       .standard = "0,0,0", .help = "colour of the background"},
-     .label = "its colour", .where = LIT | VIEW_NEED_COLOUR,
-     .shape = VIEW_COLOUR3},
+     .label = "its colour", .where = LIT, .of = "background",
+     .is = VIEW_BACKGROUND_COLOUR, .shape = VIEW_COLOUR3},
     {{"ev", 0, IBL_REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
      .label = "exposure", .where = ALL | VIEW_NEED_TONE, .key = 'e',
      .back = 'E', .step = 0.25, .slide = {-8, 8}},
@@ -305,20 +440,17 @@ static const view_control display[] = {
 /* clang-format on */
 
 const ibl_section *const view_control_sections[] = {
-    IBL_SECTION("What is shown", shown),
-    IBL_SECTION("Materials", materials),
-    IBL_SECTION("Light", light),
-    IBL_SECTION("Reflection", reflection),
-    IBL_SECTION("Comparison", compare),
-    IBL_SECTION("Scene", probes),
-    IBL_SECTION("Camera", camera),
-    IBL_SECTION("Display", display),
-    NULL};
+    IBL_SECTION("Files", files),         IBL_SECTION("Pictures", pictures),
+    IBL_SECTION("What is shown", shown), IBL_SECTION("Materials", materials),
+    IBL_SECTION("Light", light),         IBL_SECTION("Reflection", reflection),
+    IBL_SECTION("Comparison", compare),  IBL_SECTION("Scene", probes),
+    IBL_SECTION("Camera", camera),       IBL_SECTION("Display", display),
+    IBL_SECTION("Running", running),     NULL};
+
+static const ibl_command all = {.sections = view_control_sections};
 
 const view_control *view_control_at(int i)
 {
-    static const ibl_command all = {.sections = view_control_sections};
-
     return (const view_control *)ibl_option_at(&all, i);
 }
 
@@ -327,41 +459,36 @@ const view_control *view_control_at(int i)
 static const char *const needs[VIEW_NEEDS] = {
     "linear floats have none: write a .png",
     "false colours have none: leave --false-colour out",
-    "compares: add --compare",
-    "is of --compare split",
-    "is of --compare difference",
     "the model has its own: add --override material",
     "is of a model: add --model",
     "the file's camera has its own: leave --file-camera out",
-    "is of --background blur",
-    "is of --background level",
-    "is of --background colour",
     "is of local probes: add --probes or --probe-set",
-    "is of --probe-choice nearest-k",
-    "only in a window: a picture captures all at once",
+    "are those of the set: leave --probe-set out",
     "the Fresnel of roughness has none: leave --rough-fresnel out",
-    "are those of the set: leave --probe-set out"};
+    "is of the reference: add --reflection reference",
+    "only in a window: a picture captures all at once",
+    "only with --offscreen or --contact-sheet",
+    "only with --offscreen",
+    "a sheet has all of them"};
 
 unsigned view_facts(const view_settings *s, bool model, bool probe_set,
-                    const char *file)
+                    const view_options *o)
 {
+    const char *file = o->contact_sheet ? o->contact_sheet : o->offscreen;
     const bool facts[VIEW_NEEDS] = {!file || !view_picture_is_linear(file),
                                     !s->false_colour,
-                                    s->compare != VIEW_ALONE,
-                                    s->compare == VIEW_SPLIT,
-                                    s->compare == VIEW_DIFFERENCE,
                                     s->mode != VIEW_MODEL || !model ||
                                         s->override == VIEW_MATERIAL,
                                     model,
                                     s->mode != VIEW_MODEL || !s->file_camera,
-                                    s->background == VIEW_BACKGROUND_BLUR,
-                                    s->background == VIEW_BACKGROUND_LEVEL,
-                                    s->background == VIEW_BACKGROUND_COLOUR,
                                     s->probes > 0 || probe_set,
-                                    s->probe_choice == VIEW_PROBES_NEAREST_K,
-                                    !file,
+                                    !probe_set,
                                     !s->rough_fresnel,
-                                    !probe_set};
+                                    view_is_sampled(s, &o->other),
+                                    !file,
+                                    file,
+                                    o->offscreen,
+                                    !o->contact_sheet};
     unsigned bits = 1u << s->mode;
 
     for (int i = 0; i < VIEW_NEEDS; i++)
@@ -369,31 +496,41 @@ unsigned view_facts(const view_settings *s, bool model, bool probe_set,
     return bits;
 }
 
-const char *view_control_why(const view_control *c, unsigned facts)
+/* "is of --mode levels, table and map" */
+static const char *say_modes(unsigned modes)
 {
     static char text[160];
+
+    snprintf(text, sizeof text, "is of --mode");
+    for (int i = 0; modes >> i; i++) {
+        const unsigned after = modes >> i >> 1;
+        if (modes >> i & 1)
+            view_add(text, sizeof text, " %s%s", view_mode_names[i],
+                     !after                ? ""
+                     : after & (after - 1) ? ","
+                                           : " and");
+    }
+    return text;
+}
+
+const char *view_control_why(const view_control *c, const view_settings *s,
+                             unsigned facts)
+{
+    static char text[80];
     const unsigned modes = c->where & VIEW_IN_ALL;
     const unsigned lack = c->where & ~(facts | VIEW_OF_SIDE | VIEW_IN_ALL);
-    int left = 0;
 
-    for (int i = 0; i < VIEW_NEEDS && modes & facts; i++)
+    if (!(modes & facts))
+        return say_modes(modes);
+    for (int i = 0; i < VIEW_NEEDS; i++)
         if (lack & (unsigned)VIEW_NEED << i)
             return needs[i];
-    if (modes & facts)
+    if (!c->of)
         return NULL;
-    for (int i = 0; i < VIEW_MODES; i++)
-        left += modes >> i & 1;
-    snprintf(text, sizeof text, "is of --mode ");
-    for (int i = 0; i < VIEW_MODES; i++)
-        if (modes >> i & 1) {
-            const size_t used = strlen(text);
-            left--;
-            snprintf(text + used, sizeof text - used, "%s%s",
-                     view_mode_names[i],
-                     left > 1 ? ", "
-                     : left   ? " and "
-                              : "");
-        }
+    const ibl_option *of = ibl_option_find(&all, c->of, strlen(c->of), '\0');
+    if (*(const int *)((const char *)s + of->offset) == c->is)
+        return NULL;
+    snprintf(text, sizeof text, "is of --%s %s", c->of, of->choices[c->is]);
     return text;
 }
 

@@ -197,8 +197,8 @@ static void act(view_app *app, view_act what, int step)
 static void change(view_app *app, const view_control *c, int step)
 {
     const int side = c->where & VIEW_OF_SIDE ? app->edited : 0;
-    const char *why = view_control_why(c, view_app_facts(app));
     view_settings *s = &app->side[side];
+    const char *why = view_control_why(c, s, view_app_facts(app));
     char value[80];
 
     if (why) {

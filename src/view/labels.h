@@ -9,8 +9,5 @@
  * rows and columns are, which half is which and how they differ, the scales of
  * false colours and differences), the panel, and whatever is open. */
 void view_labels_draw(view_app *app);
-/* Writes the picture with its labels to the first iblview-NNN.png that does not
- * exist. */
-void view_labels_picture(view_app *app);
 
 #endif

@@ -54,11 +54,15 @@ bool view_wants_reference(const view_settings *s)
     return view_shows_materials(s) && s->reflection == VIEW_REFERENCE;
 }
 
+bool view_is_sampled(const view_settings *s, const view_settings *other)
+{
+    return view_wants_reference(s) ||
+           (s->compare && view_wants_reference(other));
+}
+
 int view_places(const view_settings *s)
 {
-    return view_shows_materials(s) || s->mode == VIEW_SCENE
-               ? s->antialias * s->antialias
-               : 1;
+    return view_is_lit(s) ? s->antialias * s->antialias : 1;
 }
 
 void view_set_place(view_settings *s, int i)
@@ -83,6 +87,12 @@ bool view_needs_lobes(view_reflection reflection)
 
 const char *const view_mode_names[VIEW_MODES + 1] = {
     "spheres", "levels", "irradiance", "table", "scene", "model", "map"};
+
+const char *const view_material_names[] = {
+    "gold",        "copper",   "iron",        "silver",
+    "aluminium",   "titanium", "red acrylic", "blue acrylic",
+    "polystyrene", "water",    "diamond",     "white",
+    NULL};
 
 const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
                                                          "equirect"};

@@ -222,8 +222,10 @@ view_settings view_settings_default(void);
 /* Whether a picture is of spheres or a model; of these or the room. */
 bool view_shows_materials(const view_settings *s);
 bool view_is_lit(const view_settings *s);
-/* Whether it is the reference. */
+/* Whether it is the reference; whether that is drawn of a state and, if it is
+ * compared, of the other one. */
 bool view_wants_reference(const view_settings *s);
+bool view_is_sampled(const view_settings *s, const view_settings *other);
 /* Draws that make a picture: the places in a pixel. */
 int view_places(const view_settings *s);
 /* Sets s->pixel to place i of view_places: a lattice that is turned, so that
@@ -238,6 +240,7 @@ bool view_needs_lobes(view_reflection reflection);
 /* Names for options and titles, indexed by the enumeration; NULL after the
  * last. */
 extern const char *const view_mode_names[VIEW_MODES + 1];
+extern const char *const view_material_names[]; /* those of view_materials */
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
 extern const char *const view_tone_names[VIEW_TONES + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];

@@ -238,7 +238,7 @@ void show_section(view_app *app, const ibl_section *section, unsigned facts)
         const view_control *c =
             (const view_control *)ibl_section_at(section, i);
         const int side = c->where & VIEW_OF_SIDE ? app->edited : 0;
-        const char *why = view_control_why(c, facts);
+        const char *why = view_control_why(c, &app->side[side], facts);
         if (!c->label)
             continue;
         ImGui::BeginDisabled(why);
@@ -250,12 +250,14 @@ void show_section(view_app *app, const ibl_section *section, unsigned facts)
 }
 
 // Whether a section has a control that changes something.
-bool applies(const ibl_section *section, unsigned facts)
+bool applies(const view_app *app, const ibl_section *section, unsigned facts)
 {
-    for (int i = 0; i < section->count; i++)
-        if (!view_control_why((const view_control *)ibl_section_at(section, i),
-                              facts))
+    for (int i = 0; i < section->count; i++) {
+        const view_control *c =
+            (const view_control *)ibl_section_at(section, i);
+        if (c->label && !view_control_why(c, &app->side[app->edited], facts))
             return true;
+    }
     return false;
 }
 
@@ -295,7 +297,7 @@ void show_panel(view_app *app)
     for (int i = 0; view_control_sections[i]; i++) {
         const ibl_section *section = view_control_sections[i];
         const unsigned facts = view_app_facts(app);
-        if (applies(section, facts) &&
+        if (applies(app, section, facts) &&
             ImGui::CollapsingHeader(section->title,
                                     ImGuiTreeNodeFlags_DefaultOpen))
             show_section(app, section, facts);

@@ -226,8 +226,7 @@ static bool open_window(view_app *app)
 static bool goes_on(const view_app *app)
 {
     const view_settings *s = app->side;
-    const bool sampled = view_wants_reference(&s[0]) ||
-                         (s->compare && view_wants_reference(&s[1]));
+    const bool sampled = view_is_sampled(&s[0], &s[1]);
 
     return app->set && ((s->mode == VIEW_SCENE && !app->paused) ||
                         !view_renderer_complete(app->renderer) ||
@@ -263,7 +262,8 @@ static bool draw(view_app *app)
     glfwSwapBuffers(app->window);
     if (app->options->stats && app->set) {
         view_stats_add(&app->stats, app->frame_ms, app->gpu_ms);
-        view_stats_tell(&app->stats, app->renderer, &app->side[0]);
+        if (ibl_now() - app->stats.begun >= 1)
+            view_stats_print(&app->stats, app->renderer, &app->side[0]);
     }
     show_title(app);
     return true;
@@ -295,7 +295,7 @@ static bool loop(view_app *app)
         if (!view_app_tend(app))
             return false;
         if (app->wants_picture)
-            view_labels_picture(app);
+            view_still_write(app);
     }
 }
 
