@@ -30,6 +30,7 @@
 #include "view.h"
 #include "view/renderer.h"
 #include "view/vector.h"
+#include "json/text.h"
 
 enum {
     WIDTH = 600,
@@ -73,9 +74,7 @@ static view_settings scene(void)
     s.roughness[1] = 1;
     s.multiscatter = false;
     s.light_count = 0;
-    for (int i = 0; i < VIEW_MATERIALS; i++)
-        if (!strcmp(view_materials[i].name, "white"))
-            s.material = i;
+    s.material = ibl_names_find(view_material_names, "white");
     return s;
 }
 
@@ -244,7 +243,7 @@ static bool draw(const baked_set *set, view_reflection reflection, float *rgb)
 
     s.reflection = reflection;
     do
-        ok = ok && view_renderer_draw(r, &s, &(view_area){0, 0, WIDTH, HEIGHT});
+        ok = ok && view_test_draw(r, &s, WIDTH, HEIGHT);
     while (ok && reflection == VIEW_REFERENCE &&
            view_renderer_samples(r) < SAMPLES);
     ok = ok && view_renderer_read(r, false, rgb);
@@ -467,8 +466,7 @@ static int compare_model(const char *set_path, const char *model_path,
     for (int i = 1; ok && i < LOOKUPS; i++) {
         s.reflection = lookups[i].reflection;
         do
-            ok = view_renderer_draw(
-                r, &s, &(view_area){0, 0, MODEL_WIDTH, MODEL_HEIGHT});
+            ok = view_test_draw(r, &s, MODEL_WIDTH, MODEL_HEIGHT);
         while (ok && s.reflection == VIEW_REFERENCE &&
                view_renderer_samples(r) < SAMPLES / 4);
         ok = ok && view_renderer_read(r, false, rgb);

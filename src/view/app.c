@@ -78,10 +78,10 @@ void view_app_fit(view_app *app)
     app->redraw = true;
 }
 
-unsigned view_app_facts(const view_app *app)
+const char *view_app_why(const view_app *app, const view_control *c)
 {
-    return view_facts(&app->side[app->edited], app->model, app->probes,
-                      app->options);
+    return view_control_why(c, &app->side[app->edited], app->model, app->probes,
+                            app->options);
 }
 
 /* Shows the set in the free slot. If that fails, restores the previous set and

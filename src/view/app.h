@@ -87,8 +87,8 @@ bool view_app_tend(view_app *app);
 /* Limits the settings to what the set has, shares them between the sides, and
  * requests a frame. */
 void view_app_fit(view_app *app);
-/* What holds for view_control.where. */
-unsigned view_app_facts(const view_app *app);
+/* view_control_why of the side that is edited. */
+const char *view_app_why(const view_app *app, const view_control *c);
 /* Stops the bake and frees all but the sets, while the context is current. */
 void view_app_end(view_app *app);
 

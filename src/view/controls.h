@@ -27,44 +27,6 @@ typedef struct view_options {
     ibl_given given;
 } view_options;
 
-enum {
-    VIEW_DEFAULT_ANTIALIAS = 2,
-    VIEW_DEFAULT_SAMPLES = 256, /* of the reference in a picture */
-    VIEW_FRAME_SAMPLES = 16     /* added by each frame of a picture */
-};
-
-/* Where a row changes something: in one of these modes, */
-enum {
-    VIEW_IN_SPHERES = 1 << VIEW_SPHERES,
-    VIEW_IN_MODEL = 1 << VIEW_MODEL,
-    VIEW_IN_SCENE = 1 << VIEW_SCENE,
-    VIEW_IN_LEVELS = 1 << VIEW_LEVELS,
-    VIEW_IN_IRRADIANCE = 1 << VIEW_IRRADIANCE_MAP,
-    VIEW_IN_TABLE = 1 << VIEW_TABLE,
-    VIEW_IN_MAP = 1 << VIEW_SOURCE_MAP,
-    VIEW_IN_ALL = (1 << VIEW_MODES) - 1,
-    VIEW_IN_LIT = VIEW_IN_SPHERES | VIEW_IN_MODEL,
-    VIEW_IN_FLAT = VIEW_IN_ALL & ~(VIEW_IN_LIT | VIEW_IN_SCENE),
-    /* and only if all of these facts hold: */
-    VIEW_NEED = 1 << VIEW_MODES,
-    VIEW_NEED_TONE = VIEW_NEED,           /* no linear floats are written */
-    VIEW_NEED_CURVE = VIEW_NEED << 1,     /* no false colours */
-    VIEW_NEED_MATERIAL = VIEW_NEED << 2,  /* the material is shown */
-    VIEW_NEED_FILE = VIEW_NEED << 3,      /* a model of a file is shown */
-    VIEW_NEED_ORBIT = VIEW_NEED << 4,     /* not by the file's camera */
-    VIEW_NEED_PROBES = VIEW_NEED << 5,    /* there are local probes */
-    VIEW_NEED_OWN = VIEW_NEED << 6,       /* no set of probes */
-    VIEW_NEED_PLAIN = VIEW_NEED << 7,     /* no Fresnel of roughness */
-    VIEW_NEED_REFERENCE = VIEW_NEED << 8, /* the reference is drawn */
-    VIEW_NEED_WINDOW = VIEW_NEED << 9,    /* no picture is written */
-    VIEW_NEED_PICTURE = VIEW_NEED << 10,  /* pictures are written, */
-    VIEW_NEED_ONE = VIEW_NEED << 11,      /* but no sheet of them, */
-    VIEW_NEED_NO_SHEET = VIEW_NEED << 12, /* or there is a window */
-    VIEW_NEEDS = 13,
-    /* It may differ between two states that are compared. */
-    VIEW_OF_SIDE = VIEW_NEED << VIEW_NEEDS
-};
-
 /* How the panel shows what ibl_option.parse reads. */
 typedef enum view_shape {
     VIEW_AS_OPTION, /* by ibl_option.kind */
@@ -76,13 +38,12 @@ typedef enum view_shape {
 
 /* A key is a printable character or, above Unicode, a code of GLFW. */
 #define VIEW_KEY(code) (0x110000 + (code))
-#define VIEW_KEY_BACK_TAB VIEW_KEY(0) /* with Shift */
 
 typedef struct view_control {
     ibl_option option; /* its offset is that in view_options, which begins with
                           view_settings */
     const char *label; /* on the panel and in messages; NULL: not there */
-    unsigned where;    /* bits of the above */
+    unsigned where;    /* modes and facts: see controls.c */
     const char *of;    /* besides, a choice must have a value; NULL: none */
     int is;            /* that value */
     int key, back;     /* the next value, the one before; 0: none */
@@ -95,15 +56,13 @@ typedef struct view_control {
 extern const ibl_section *const view_control_sections[];
 /* Row number i of all sections; NULL: there are fewer. */
 const view_control *view_control_at(int i);
+/* The row that c->of names; NULL: it names none. */
+const view_control *view_control_of(const view_control *c);
 
-/* What holds of a state, for view_control.where. model, probe_set: there is one
- * of a file. */
-unsigned view_facts(const view_settings *s, bool model, bool probe_set,
-                    const view_options *o);
 /* Why a row changes nothing in a state, and what to do, until the next call;
- * NULL: it does. */
+ * NULL: it does. model, probe_set: there is one of a file. */
 const char *view_control_why(const view_control *c, const view_settings *s,
-                             unsigned facts);
+                             bool model, bool probe_set, const view_options *o);
 
 /* What keys do besides. */
 typedef enum view_act {
@@ -148,7 +107,9 @@ void view_control_step(const view_control *c, view_settings *s, int step);
 /* Its value in words. */
 void view_control_text(const view_control *c, const view_settings *s,
                        char text[80]);
-/* Gives `to` all of `from` but what may differ between states. */
+/* Whether it may differ between two states that are compared. */
+bool view_control_of_side(const view_control *c);
+/* Gives `to` all of `from` but that. */
 void view_controls_share(const view_settings *from, view_settings *to);
 
 #endif

@@ -105,9 +105,8 @@ static void fill_background(view_frame *f, const view_settings *s,
 /* Chromium's F0: Real-Time Rendering, 4th edition, table 9.2. */
 static void fill_override(view_frame *f, const view_settings *s)
 {
-    static const view_material chosen[] = {
-        {"clay", {0.5, 0.5, 0.5}, 0.04, 1, ""},
-        {"chrome", {0.55, 0.556, 0.554}, 0.04, 1, ""}};
+    static const view_material chosen[] = {{{0.5, 0.5, 0.5}, 0.04, 1},
+                                           {{0.55, 0.556, 0.554}, 0.04, 1}};
     view_material m = view_materials[s->material];
     double metallic = s->metallic[1];
     double roughness = 0.5 * (s->roughness[0] + s->roughness[1]);

@@ -56,11 +56,10 @@ static bool check_pairs(const view_options *o)
 static bool check_controls(const ibl_given *given, const view_settings *s,
                            const view_options *o)
 {
-    const unsigned facts = view_facts(s, o->model, o->probe_set, o);
     const view_control *c;
 
     for (int i = 0; (c = view_control_at(i)); i++) {
-        const char *why = view_control_why(c, s, facts);
+        const char *why = view_control_why(c, s, o->model, o->probe_set, o);
         if (why && ibl_is_given(given, c->option.name))
             return ibl_refuse(given, c->option.name, "%s", why);
     }
@@ -71,17 +70,17 @@ static bool check_controls(const ibl_given *given, const view_settings *s,
 static void imply(const ibl_given *given, view_options *o)
 {
     view_settings *s = &o->settings;
+    const view_control *c;
 
     if (o->model && !ibl_is_given(given, "mode"))
         s->mode = VIEW_MODEL;
-    if (ibl_is_given(given, "background"))
-        return;
-    if (ibl_is_given(given, "blur"))
-        s->background = VIEW_BACKGROUND_BLUR;
-    if (ibl_is_given(given, "background-level"))
-        s->background = VIEW_BACKGROUND_LEVEL;
-    if (ibl_is_given(given, "colour"))
-        s->background = VIEW_BACKGROUND_COLOUR;
+    for (int i = 0; (c = view_control_at(i)); i++)
+        if (c->of && ibl_is_given(given, c->option.name) &&
+            !ibl_is_given(given, c->of))
+            *(int *)view_control_field(view_control_of(c), s) = c->is;
+    if ((o->against || o->against_set) && !s->compare &&
+        !ibl_is_given(given, "compare"))
+        s->compare = VIEW_SPLIT;
 }
 
 /* The options of the other side, over those of the first. */
@@ -94,26 +93,19 @@ static bool parse_against(view_options *o)
     static char *words[64];
     view_options other = {.settings = o->settings};
     const view_control *c;
-    char *text = ibl_need(strdup(o->against)), *rest = text, *word;
+    /* A word that is no option is the name of a reflection. */
+    char *text = ibl_need(ibl_format(
+             "%s%s", *o->against == '-' ? "" : "--reflection ", o->against)),
+         *rest = text, *word;
     int count = 0;
-    bool ok = true;
 
-    if (*text != '-' && ibl_names_find(view_reflection_names, text) < 0) {
-        view_fail("--against %s: neither options of that side, such as "
-                  "\"--diffuse sh\", nor a reflection",
-                  text);
-        free(text);
-        return false;
-    }
-    if (*text != '-')
-        words[count++] = "--reflection";
     while (count < 63 && (word = strtok_r(NULL, " ", &rest)))
         words[count++] = word;
     words[count] = NULL;
     ibl_misuse_prefix("--against: ");
-    ok = ibl_command_line(&side, words, &other, NULL);
+    bool ok = ibl_command_line(&side, words, &other, NULL);
     for (int i = 0; ok && (c = view_control_at(i)); i++)
-        if (!(c->where & VIEW_OF_SIDE) &&
+        if (!view_control_of_side(c) &&
             ibl_is_given(&other.given, c->option.name))
             ok = ibl_refuse(&other.given, c->option.name,
                             "is the same for both sides");
@@ -147,8 +139,6 @@ static bool validate(void *options)
     if (o->model && !o->request.path && !(o->request.path = view_shipped_map()))
         return false;
     imply(&o->given, o);
-    if ((o->against || o->against_set) && !ibl_is_given(&o->given, "compare"))
-        s->compare = VIEW_SPLIT;
     o->other = *s;
     if (s->compare && !o->against && !o->against_set && view_shows_materials(s))
         o->other.reflection = VIEW_REFERENCE;
@@ -180,6 +170,7 @@ static const ibl_gone gone[] = {
     {"probe-faces", "a capture is made whole: --probe-size makes it faster"},
     {"no-capture-shadows", "captures have shadows"},
     {"multiscatter", "is the default: leave it out"},
+    {"materials", "--help has their names"},
     {"reference", "--reflection reference"},
     {"frames", "--samples of the reference; --stats draws 16"},
     {"verbose", "--stats names what draws, iblbake info the files"},
@@ -191,10 +182,9 @@ static void set_defaults(void *options)
 {
     view_options *o = options;
 
-    *o = (view_options){.labels = true,
-                        .samples = VIEW_DEFAULT_SAMPLES,
-                        .settings = view_settings_default()};
-    o->settings.antialias = VIEW_DEFAULT_ANTIALIAS;
+    *o = (view_options){
+        .labels = true, .samples = 256, .settings = view_settings_default()};
+    o->settings.antialias = 2;
 }
 
 static bool take(void *options, const char *word)

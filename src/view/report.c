@@ -21,7 +21,7 @@ void view_report_side(const view_settings *side, int i, const baked_set *set,
     snprintf(text, size, "%.80s", other->name ? (i ? other : set)->name : "");
     for (int k = 0; (c = view_control_at(k)); k++) {
         char mine[80], its[80];
-        if (!c->label || !(c->where & VIEW_OF_SIDE))
+        if (!c->label || !view_control_of_side(c))
             continue;
         view_control_text(c, &side[i], mine);
         view_control_text(c, &side[!i], its);
@@ -70,8 +70,9 @@ void view_report_sum(view_renderer *r, char *text, size_t size)
 }
 
 void view_report_print(view_renderer *r, const view_settings *s,
-                       const char *const names[2])
+                       const baked_set *set, const baked_set *other)
 {
+    char sides[2][200];
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
     int count;
     view_error *errors = errors_of(r, &count);
@@ -79,7 +80,9 @@ void view_report_print(view_renderer *r, const view_settings *s,
     if (!errors)
         return;
     view_grid(s, spheres);
-    printf("relative RMSE of %s against %s", names[0], names[1]);
+    for (int i = 0; i < 2; i++)
+        view_report_side(s, i, set, other, sides[i], sizeof sides[i]);
+    printf("relative RMSE of %s against %s", sides[0], sides[1]);
     if (view_renderer_environment(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
                view_renderer_environment(r));

@@ -12,11 +12,10 @@ void view_report_side(const view_settings *side, int i, const baked_set *set,
 /* Writes the error of the whole picture, as "RMSE 2.7 % (noise .9 %)"; "" if
  * nothing is compared. */
 void view_report_sum(view_renderer *r, char *text, size_t size);
-/* Prints the error of the last draw against what it was compared with: a line
- * for each sphere or material of the model that shows, and for all. names: of
- * the sides. */
-void view_report_print(view_renderer *r, const view_settings *s,
-                       const char *const names[2]);
+/* Prints the error of the last draw of two sides: a line for each sphere or
+ * material of the model that shows, and for all. */
+void view_report_print(view_renderer *r, const view_settings *side,
+                       const baked_set *set, const baked_set *other);
 
 /* --stats: frames since the last line; all zero at the start. */
 typedef struct view_stats {

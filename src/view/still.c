@@ -14,8 +14,9 @@
 #include "view/ui.h"
 
 enum {
-    GAP = 4,   /* pixels of a sheet between pictures and around them */
-    SHADE = 32 /* grey of a sheet's background */
+    SAMPLES = 16, /* of the reference that a frame adds */
+    GAP = 4,      /* pixels of a sheet between pictures and around them */
+    SHADE = 32    /* grey of a sheet's background */
 };
 
 bool view_still_load(ibl_ctx *ctx, const view_request *what, baked_set *set)
@@ -41,8 +42,7 @@ static bool draw_frames(view_app *app)
     for (int i = 0; i < 2 && sampled && o->samples < view_places(&s[0]); i++)
         s[i].antialias = 1;
     const int places = view_places(&s[0]);
-    const int least =
-        sampled || o->stats ? (o->samples - 1) / VIEW_FRAME_SAMPLES + 1 : 1;
+    const int least = sampled || o->stats ? (o->samples - 1) / SAMPLES + 1 : 1;
     const int frames = (least + places - 1) / places * places;
     app->judged = -1;
     view_renderer_restart(app->renderer);
@@ -94,24 +94,12 @@ static bool write_picture(view_app *app, const char *file)
     return ok;
 }
 
-static void report(view_app *app)
-{
-    char text[2][200];
-
-    if (app->options->quiet)
-        return;
-    for (int i = 0; i < 2; i++)
-        view_report_side(app->side, i, app->set, &app->other, text[i],
-                         sizeof text[i]);
-    view_report_print(app->renderer, &app->side[0],
-                      (const char *const[]){text[0], text[1]});
-}
-
 static bool make_picture(view_app *app, const char *file)
 {
     if (!draw_frames(app))
         return false;
-    report(app);
+    if (!app->options->quiet)
+        view_report_print(app->renderer, app->side, app->set, &app->other);
     return write_picture(app, file);
 }
 

@@ -232,13 +232,13 @@ bool show_value(const view_control *c, view_settings *s)
     }
 }
 
-void show_section(view_app *app, const ibl_section *section, unsigned facts)
+void show_section(view_app *app, const ibl_section *section)
 {
     for (int i = 0; i < section->count; i++) {
         const view_control *c =
             (const view_control *)ibl_section_at(section, i);
-        const int side = c->where & VIEW_OF_SIDE ? app->edited : 0;
-        const char *why = view_control_why(c, &app->side[side], facts);
+        const int side = view_control_of_side(c) ? app->edited : 0;
+        const char *why = view_app_why(app, c);
         if (!c->label)
             continue;
         ImGui::BeginDisabled(why);
@@ -250,12 +250,12 @@ void show_section(view_app *app, const ibl_section *section, unsigned facts)
 }
 
 // Whether a section has a control that changes something.
-bool applies(const view_app *app, const ibl_section *section, unsigned facts)
+bool applies(const view_app *app, const ibl_section *section)
 {
     for (int i = 0; i < section->count; i++) {
         const view_control *c =
             (const view_control *)ibl_section_at(section, i);
-        if (c->label && !view_control_why(c, &app->side[app->edited], facts))
+        if (c->label && !view_app_why(app, c))
             return true;
     }
     return false;
@@ -296,11 +296,10 @@ void show_panel(view_app *app)
     show_sides(app);
     for (int i = 0; view_control_sections[i]; i++) {
         const ibl_section *section = view_control_sections[i];
-        const unsigned facts = view_app_facts(app);
-        if (applies(app, section, facts) &&
+        if (applies(app, section) &&
             ImGui::CollapsingHeader(section->title,
                                     ImGuiTreeNodeFlags_DefaultOpen))
-            show_section(app, section, facts);
+            show_section(app, section);
     }
     ImGui::PopItemWidth();
     ImGui::End();
