@@ -226,12 +226,13 @@ TEST(others_are_refused)
 
 /* ---- keys ---------------------------------------------------------------- */
 
+static view_options options;
+static view_app app;
+
 /* A key changes its own setting and says so, or says why not; the other one
  * takes it back. */
 TEST(keys_change_one_setting)
 {
-    view_options options;
-    view_app app;
     const view_control *c;
 
     view_test_app(&app, &options, 320, 240);
@@ -283,9 +284,6 @@ TEST(keys_are_listed_once)
 /* Escape closes what is open, and never quits; q quits. */
 TEST(escape_closes)
 {
-    view_options options;
-    view_app app;
-
     view_test_app(&app, &options, 320, 240);
     view_keys_press(&app, '?');
     view_keys_press(&app, 'P');
@@ -302,9 +300,6 @@ TEST(escape_closes)
 /* What both sides share follows the first; the rest stays of each. */
 TEST(sides_differ_only_where_they_may)
 {
-    view_options options;
-    view_app app;
-
     view_test_app(&app, &options, 320, 240);
     view_keys_press(&app, 'C');
     CHECK(app.side[0].compare == VIEW_SPLIT && app.edited == 1);
@@ -320,20 +315,27 @@ TEST(sides_differ_only_where_they_may)
 /* ---- the user interface ---------------------------------------------------
  */
 
-static void free_ui(void *unused)
+static void end_window(void *unused)
 {
     (void)unused;
+    view_renderer_free(app.renderer);
+    view_folder_free(&app.folder);
     view_ui_free();
 }
 
-static void begin_ui(int width, int height)
+/* A screen as of a window, black. */
+static void begin_window(int width, int height)
 {
-    view_ui_free();
+    view_test_app(&app, &options, width, height);
     view_test_begin(width, height);
-    test_defer(free_ui, NULL);
-    NEED(view_ui_make(1));
+    test_defer(end_window, NULL);
+    app.renderer = view_renderer_create();
+    NEED(app.renderer && view_renderer_load(app.renderer, app.set) &&
+         view_ui_make(1));
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl.ClearColor(0, 0, 0, 1);
     gl.Clear(GL_COLOR_BUFFER_BIT);
+    view_ui_begin(width, height);
 }
 
 TEST(text_stays_in_its_box)
@@ -345,8 +347,7 @@ TEST(text_stays_in_its_box)
     double w, h;
     int ink = 0, outside = 0;
 
-    begin_ui(W, H);
-    view_ui_begin(W, H);
+    begin_window(W, H);
     view_ui_measure("roughness 0.25, W\nw", &w, &h);
     view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
     view_ui_end(0);
@@ -368,8 +369,7 @@ TEST(legends_show_their_scale)
     };
     int bad = 0;
 
-    begin_ui(W, H);
-    view_ui_begin(W, H);
+    begin_window(W, H);
     view_ui_legend(10, 5, 320, 0);
     view_ui_legend(10, 35, 320, 4);
     view_ui_end(0);
@@ -396,14 +396,9 @@ TEST(labels_are_beside_the_picture)
         W = 640,
         H = 400
     };
-    view_options options;
-    view_app app;
-
+    begin_window(W, H);
+    view_ui_end(0);
     for (int i = 0; i < 2 * VIEW_MODES; i++) {
-        view_test_app(&app, &options, W, H);
-        begin_ui(W, H);
-        app.renderer = view_renderer_create();
-        NEED(app.renderer && view_renderer_load(app.renderer, app.set));
         for (int k = 0; k < 2; k++) {
             view_settings *s = &app.side[k];
             s->mode = (view_mode)(i / 2);
@@ -433,7 +428,6 @@ TEST(labels_are_beside_the_picture)
                   view_mode_names[i / 2], inside, ink);
         free(before);
         free(after);
-        view_renderer_free(app.renderer);
     }
 }
 
@@ -444,14 +438,10 @@ TEST(panel_takes_the_pointer)
         W = 800,
         H = 600
     };
-    view_options options;
-    view_app app;
     bool help = false, hidden = false, sliding = false;
 
-    view_test_app(&app, &options, W, H);
-    begin_ui(W, H);
-    app.renderer = view_renderer_create();
-    NEED(app.renderer && view_renderer_load(app.renderer, app.set));
+    begin_window(W, H);
+    view_ui_end(0);
     for (int i = 0; i < 80 * 3; i++) {
         /* along the buttons, then down the controls */
         const int n = i / 3;
@@ -473,6 +463,4 @@ TEST(panel_takes_the_pointer)
     view_labels_draw(&app);
     view_labels_draw(&app);
     CHECK(!view_ui_has_pointer());
-    view_renderer_free(app.renderer);
-    view_folder_free(&app.folder);
 }

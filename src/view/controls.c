@@ -190,7 +190,8 @@ static const view_control pictures[] = {
 };
 
 static const view_control compare[] = {
-    {{"compare", 0, IBL_CHOICE(settings.compare, NAMES("no", "split", "difference")),
+    {{"compare", 0, IBL_CHOICE(settings.compare,
+                 NAMES("no", "split", "difference")),
       .help = "show two states side by side, or their difference; pictures "
               "print the error of each sphere"},
      .label = "compare", .where = ALL, .key = 'f', .back = 'F'},
@@ -287,7 +288,8 @@ static const view_control materials[] = {
       .help = "roughness of the first and the last column"},
      .label = "roughness", .where = LIT | NEED_MATERIAL,
      .shape = VIEW_TWO_REALS},
-    {{"override", 0, IBL_CHOICE(override, NAMES("no", "clay", "chrome", "material")),
+    {{"override", 0, IBL_CHOICE(override,
+                 NAMES("no", "clay", "chrome", "material")),
       .help = "materials of a model: its own, clay, chrome, or --material "
               "with the upper end of --metallic and the middle of --roughness"},
      .label = "model's materials", .where = MODEL | NEED_FILE,
@@ -305,7 +307,8 @@ static const view_control light[] = {
     {{"lights", 0, IBL_INT(light_count, 0, VIEW_MAX_LIGHTS),
       .help = "point lights before the corners of the grid, as in tutorials"},
      .label = "point lights", .where = LIT, .key = 'i', .back = 'I'},
-    {{"parts", 0, IBL_CHOICE(parts, NAMES("all", "ambient", "direct", "diffuse", "specular")),
+    {{"parts", 0, IBL_CHOICE(parts,
+                 NAMES("all", "ambient", "direct", "diffuse", "specular")),
       .help = "what of the light is drawn: all, a constant ambient light in "
               "place of the maps, only point lights and the set's, only the "
               "diffuse or only the specular part of the maps"},
@@ -351,7 +354,8 @@ static const view_control probes[] = {
       .help = "local probes, captured once; they see only what does not move"},
      .label = "local probes", .where = SCENE | NEED_OWN,
      .key = '}', .back = '{'},
-    {{"probe-choice", 0, IBL_CHOICE(probe_choice, NAMES("blend", "nearest", "nearest-k")),
+    {{"probe-choice", 0, IBL_CHOICE(probe_choice,
+                 NAMES("blend", "nearest", "nearest-k")),
       .help = "which local probes light a point: all whose boxes contain it, "
               "blended by weight and priority, the nearest, or a few of these"},
      .label = "probes at a point", .where = SCENE | NEED_PROBES,
@@ -373,7 +377,7 @@ static const view_control probes[] = {
       .standard = "256", .help = "edge of the faces of each probe's cube"},
      .label = "size of faces", .where = SCENE, .shape = VIEW_DOUBLED},
     {{"probe-capture", 0,
-      IBL_CHOICE(probe_capture, view_probe_capture_names),
+      IBL_CHOICE(probe_capture, NAMES("faces", "paraboloids")),
       .help = "draw six faces, or two paraboloids"},
      .label = "captured as", .where = SCENE},
     {{"probe-interval", 0, IBL_REAL(probe_interval, "S", 0, 3600),
@@ -409,7 +413,8 @@ static const view_control camera[] = {
 };
 
 static const view_control display[] = {
-    {{"background", 0, IBL_CHOICE(background, NAMES("map", "blur", "level", "colour", "transparent")),
+    {{"background", 0, IBL_CHOICE(background,
+                 NAMES("map", "blur", "level", "colour", "transparent")),
       .help = "what is behind spheres and models: the map, the same blurred, a "
               "level, a colour, or nothing: PNG pictures then have alpha"},
      .label = "background", .where = LIT, .key = 'b', .back = 'B'},
@@ -430,7 +435,9 @@ static const view_control display[] = {
     {{"ev", 0, IBL_REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
      .label = "exposure", .where = ALL | NEED_TONE, .key = 'e',
      .back = 'E', .step = 0.25, .slide = {-8, 8}},
-    {{"tone", 0, IBL_CHOICE(tone, NAMES("linear", "reinhard", "aces", "neutral", "agx")), .help = "tone curve"},
+    {{"tone", 0, IBL_CHOICE(tone,
+                 NAMES("linear", "reinhard", "aces", "neutral", "agx")),
+      .help = "tone curve"},
      .label = "tone", .where = ALL | NEED_TONE | NEED_CURVE,
      .key = 't', .back = 'T'},
     {{"false-colour", 0, ON(false_colour),

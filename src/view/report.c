@@ -124,9 +124,7 @@ void view_stats_print(view_stats *t, const view_renderer *r,
     if (s->mode == VIEW_SCENE) {
         const view_scene_state *state =
             view_scene_state_of(view_renderer_stage(r));
-        printf(" seconds=%.3f size=%d capture=%s ms=%.1f", state->shown,
-               s->probe_size, view_probe_capture_names[s->probe_capture],
-               state->ms);
+        printf(" seconds=%.3f ms=%.1f", state->shown, state->ms);
     }
     printf(" by=%s %s\n", view_screen_by(),
            (const char *)gl.GetString(GL_RENDERER));

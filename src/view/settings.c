@@ -98,8 +98,5 @@ const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
     "split",      "fit",       "table",    "two-taps",
     "three-taps", "four-taps", "reference"};
 
-const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
-    "faces", "paraboloids"};
-
 const char *const view_channel_names[VIEW_CHANNELS + 1] = {
     "rgb", "red", "green", "blue", "alpha", "luminance"};

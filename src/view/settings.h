@@ -248,7 +248,6 @@ extern const char *const view_mode_names[VIEW_MODES + 1];
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
 extern const char *const view_reflection_names[VIEW_REFLECTIONS + 1];
-extern const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1];
 extern const char *const view_channel_names[VIEW_CHANNELS + 1];
 
 #endif
