@@ -83,110 +83,84 @@ static unsigned char *draw(const view_settings *a, const view_settings *b)
     return view_picture_read(0, WIDTH, HEIGHT, 4);
 }
 
-/* What a row needs besides its mode. */
-static void prepare(view_settings *s, const view_control *c, int mode)
+/* A row of a setting, not of what else the command line has. */
+static bool is_setting(const view_control *c)
 {
-    *s = view_settings_default();
+    return c->option.offset < sizeof(view_settings) &&
+           c->option.kind < IBL_OPTION_HELP;
+}
+
+/* Parses "--NAME VALUE", a value that is not that of prepare, over o. */
+static void give(const view_control *c, view_options *o, char *words[3])
+{
+    static const char *const values[][2] = {
+        {"zoom", "2"},        {"pan", "0.2,0.1"},      {"metallic", "1:0.5"},
+        {"grid", "2x4"},      {"roughness", "0.3:.9"}, {"turn", "40"},
+        {"lights", "2"},      {"split", "0.3"},        {"gain", "100"},
+        {"seconds", "3"},     {"yaw", "20"},           {"pitch", "30"},
+        {"distance", "2.5"},  {"fov", "50"},           {"blur", "0.5"},
+        {"colour", ".2,1,0"}, {"probe-size", "32"},    {"antialias", "2"}};
+    static const ibl_command one = {.usage = "",
+                                    .sections = view_control_sections,
+                                    .settings_size = sizeof *o};
+    const char *value = c->option.choices ? c->option.choices[1] : "1";
+
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++)
+        if (!strcmp(values[i][0], c->option.name))
+            value = values[i][1];
+    words[0] = (char *)test_text("--%s", c->option.name);
+    words[1] = c->option.value ? (char *)test_text("%s", value) : NULL;
+    words[2] = NULL;
+    NEED(ibl_command_line(&one, words, o, NULL));
+}
+
+/* What a row needs besides its mode. */
+static view_options prepare(const view_control *c, int mode)
+{
+    view_options o = {.settings = view_settings_default(),
+                      .offscreen = "p.png"};
+    view_settings *s = &o.settings;
+    const char *name = c->option.name;
+
     s->mode = (view_mode)mode;
     s->probe_size = 16;
     s->rows = s->columns = 3;
     s->light_count = 1;
-    if (c->where & VIEW_NEED_DIFFERENCE)
-        s->compare = VIEW_DIFFERENCE;
-    else if (c->where & (VIEW_NEED_COMPARE | VIEW_NEED_SPLIT))
-        s->compare = VIEW_SPLIT;
-    if (c->where & VIEW_NEED_BLUR)
-        s->background = VIEW_BACKGROUND_BLUR;
-    if (c->where & VIEW_NEED_LEVEL)
-        s->background = VIEW_BACKGROUND_LEVEL;
-    if (c->where & VIEW_NEED_COLOUR)
-        s->background = VIEW_BACKGROUND_COLOUR;
-    if (c->where & VIEW_NEED_PROBES)
-        s->probes = 4;
-    if (c->where & VIEW_NEED_K)
-        s->probe_choice = VIEW_PROBES_NEAREST_K;
-    if (c->where & VIEW_NEED_MATERIAL)
+    if (strcmp(name, "override") != 0)
         s->override = VIEW_MATERIAL;
-    if (!strcmp(c->option.name, "probe-choice"))
+    if (c->of)
+        *(int *)view_control_field(view_control_of(c), s) = c->is;
+    if (!strcmp(name, "seams"))
+        s->yaw = 45; /* a square shows an edge of the cube */
+    if (!strcmp(name, "nearest") || !strcmp(name, "probe-limit"))
+        s->probes = 4;
+    if (!strcmp(name, "probe-choice"))
         s->probes = 9;
-    if (!strcmp(c->option.name, "seams"))
-        s->yaw = 45; /* the square mirrors an edge of the cube */
+    return o;
 }
 
-/* Another value of a setting; false: there are no more. */
-static bool vary(const view_control *c, view_settings *s, int turn)
+/* By one of the values of a choice at least. */
+static bool is_changed(const view_control *c, view_options *o)
 {
-    static const struct {
-        const char *name;
-        double value[3];
-    } reals[] = {{"zoom", {2}},
-                 {"pan", {0.2, 0.1}},
-                 {"metallic", {1, 0.5}},
-                 {"roughness", {0.3, 0.9}},
-                 {"turn", {40}},
-                 {"split", {0.3}},
-                 {"gain", {100}},
-                 {"seconds", {3}},
-                 {"yaw", {20}},
-                 {"pitch", {30}},
-                 {"distance", {2.5}},
-                 {"fov", {50}},
-                 {"blur", {0.5}},
-                 {"ev", {1}},
-                 {"colour", {0.2, 0.6, 0.1}}};
-    void *field = view_control_field(c, s);
-    int *n = field;
-
-    if (c->option.kind == IBL_OPTION_CHOICE) {
-        for (int i = 0; i <= turn; i++)
-            view_control_step(c, s, 1);
-        return c->option.choices[turn + 1];
-    }
-    if (turn)
-        return false;
-    if (c->shape == VIEW_TWO_INTS)
-        n[0] = 2, n[1] = 4;
-    else if (c->shape == VIEW_DOUBLED)
-        *n = 32;
-    else if (!strcmp(c->option.name, "nearest"))
-        *n = 1;
-    else if (!strcmp(c->option.name, "reference"))
-        s->reflection = VIEW_REFERENCE;
-    else if (c->option.kind == IBL_OPTION_REAL || c->shape) {
-        for (size_t i = 0; i < sizeof reals / sizeof *reals; i++)
-            if (!strcmp(reals[i].name, c->option.name)) {
-                memcpy(field, reals[i].value,
-                       c->shape == VIEW_COLOUR3     ? 3 * sizeof(double)
-                       : c->shape == VIEW_TWO_REALS ? 2 * sizeof(double)
-                                                    : sizeof(double));
-                return true;
-            }
-        CHECK_MSG(false, "%s: no value", c->option.name);
-    } else
-        view_control_step(c, s, 1);
-    return true;
-}
-
-static bool is_changed(const view_control *c, int mode)
-{
-    view_settings before, other;
+    view_settings other = o->settings, s;
     bool changed = false;
+    char *words[3];
 
-    prepare(&before, c, mode);
-    other = before;
     other.background = VIEW_BACKGROUND_COLOUR;
     other.level = 2;
     other.diffuse = VIEW_DIFFUSE_SH;
     other.reflection = VIEW_FIT;
     other.parallax = VIEW_PARALLAX_NONE;
-    unsigned char *from = draw(&before, &other);
-    for (int turn = 0; !changed; turn++) {
-        view_settings s = before;
-        if (!vary(c, &s, turn))
-            break;
+    unsigned char *from = draw(&o->settings, &other);
+    give(c, o, words);
+    s = o->settings;
+    for (int i = 1;
+         !changed && (i == 1 || (c->option.choices && c->option.choices[i]));
+         i++) {
         unsigned char *to = draw(&s, &other);
         changed = memcmp(from, to, 4 * PIXELS) != 0;
         free(to);
+        view_control_step(c, &s, 1);
     }
     free(from);
     return changed;
@@ -197,85 +171,72 @@ TEST(each_setting_changes_the_picture)
     const view_control *c;
 
     begin();
+    view_renderer_model(on.renderer, on.model);
     for (int i = 0; (c = view_control_at(i)); i++)
-        for (int mode = 0; mode < VIEW_MODES; mode++) {
-            if (!(c->where >> mode & 1) || c->where & VIEW_NEED_WINDOW ||
+        for (int mode = 0; mode < VIEW_MODES && is_setting(c); mode++) {
+            view_options o = prepare(c, mode);
+            if (view_control_why(c, &o.settings, false, &o) ||
                 !strcmp(c->option.name, "array-layer") ||
-                ((mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP) &&
-                 !(c->where & ~(VIEW_IN_ALL | VIEW_NEED_SPLIT |
-                                VIEW_NEED_DIFFERENCE | VIEW_NEED_TONE)) &&
-                 c->where & (VIEW_NEED_SPLIT | VIEW_NEED_DIFFERENCE)))
+                /* Both sides are alike. */
+                (c->of && !strcmp(c->of, "compare") &&
+                 (mode == VIEW_TABLE || mode == VIEW_SOURCE_MAP)))
                 continue;
-            if (getenv("DBG"))
-                fprintf(stderr, "%s %s\n", c->option.name,
-                        view_mode_names[mode]);
-            CHECK_MSG(is_changed(c, mode), "--%s changes nothing in %s",
+            CHECK_MSG(is_changed(c, &o), "--%s changes nothing in %s",
                       c->option.name, view_mode_names[mode]);
         }
 }
 
 /* ---- the command line ---------------------------------------------------- */
 
-/* "--NAME VALUE" as words. */
-static int words_of(const view_control *c, char *words[2])
-{
-    static char value[64];
-    const ibl_option *o = &c->option;
-    static const char *const others[][2] = {
-        {"grid", "2x3"},      {"pan", "0.1,0.1"},   {"metallic", "0:0.5"},
-        {"roughness", "0:1"}, {"probe-size", "64"}, {"colour", "1,0,0"}};
-
-    words[0] = (char *)test_text("--%s", o->name);
-    if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF || !o->value)
-        return 1;
-    snprintf(value, sizeof value, "%s",
-             o->kind == IBL_OPTION_CHOICE ? o->choices[1] : "1");
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
-        if (!strcmp(others[i][0], o->name))
-            snprintf(value, sizeof value, "%s", others[i][1]);
-    words[1] = value;
-    return 2;
-}
-
+/* In one line, and only where the table says so: a choice that an option is of
+ * is implied, and a state is not compared with itself. */
 TEST(others_are_refused)
 {
     static char name[] = "map", picture[] = "--offscreen", png[] = "x.png",
-                mode[] = "--mode", model_option[] = "--model";
+                in[] = "--mode", with[] = "--model", none[] = "x.glb";
     const view_control *c;
 
     for (int i = 1; (c = view_control_at(i)); i++)
-        for (int m = 0; m < VIEW_MODES; m++) {
-            char *words[11] = {name, picture, png, mode,
-                               (char *)view_mode_names[m]};
-            view_options o;
+        for (int mode = 0; mode < VIEW_MODES && is_setting(c); mode++) {
+            char *words[11] = {name, picture, png, in,
+                               (char *)view_mode_names[mode]};
+            view_options o, expected = {.settings = view_settings_default(),
+                                        .offscreen = png};
             int status;
-            const int count = 5 + words_of(c, words + 5);
-            if (m == VIEW_MODEL)
-                words[count] = model_option, words[count + 1] = picture + 2;
+            expected.settings.mode = (view_mode)mode;
+            give(c, &expected, words + 5);
+            for (int k = 5; mode == VIEW_MODEL; k++)
+                if (!words[k]) {
+                    words[k] = with, words[k + 1] = none;
+                    break;
+                }
+            if (c->of)
+                *(int *)view_control_field(view_control_of(c),
+                                           &expected.settings) = c->is;
+            const bool fits =
+                !view_control_why(c, &expected.settings, false, &expected);
             view_test_catch();
             const bool ok = view_options_parse(words, &o, &status);
             const char *said = view_test_caught();
             CHECK_MSG(ok || (status == 2 && sets_lines(said) == 1 &&
                              strstr(said, "--")),
-                      "--%s in %s: %s", c->option.name, view_mode_names[m],
+                      "--%s in %s: %s", c->option.name, view_mode_names[mode],
                       said);
-            CHECK_MSG(c->where >> m & 1 ? true : !ok, "--%s is taken in %s",
-                      c->option.name, view_mode_names[m]);
-            CHECK_MSG(ok || !(c->where >> m & 1) || c->where >> VIEW_MODES ||
-                          !strcmp(c->option.name, "compare"),
-                      "--%s in %s: %s", c->option.name, view_mode_names[m],
-                      said);
+            CHECK_MSG(ok == fits || (fits && strstr(said, "with itself")),
+                      "--%s in %s is %s: %s", c->option.name,
+                      view_mode_names[mode], ok ? "taken" : "refused", said);
         }
 }
 
 /* ---- keys ---------------------------------------------------------------- */
 
+static view_options options;
+static view_app app;
+
 /* A key changes its own setting and says so, or says why not; the other one
  * takes it back. */
 TEST(keys_change_one_setting)
 {
-    view_options options;
-    view_app app;
     const view_control *c;
 
     view_test_app(&app, &options, 320, 240);
@@ -287,7 +248,7 @@ TEST(keys_change_one_setting)
             view_app_fit(&app);
             const view_settings before = app.side[0];
             view_settings undone = before;
-            const char *why = view_control_why(c, view_app_facts(&app));
+            const char *why = view_app_why(&app, c);
             app.notice[0] = '\0';
             view_keys_press(&app, c->key);
             CHECK(app.notice[0]);
@@ -304,12 +265,6 @@ TEST(keys_change_one_setting)
                       "%c and %c in %s", c->key, c->back,
                       view_mode_names[mode]);
         }
-}
-
-TEST(materials_have_their_names)
-{
-    for (int i = 0; i < VIEW_MATERIALS; i++)
-        CHECK(!strcmp(view_material_names[i], view_materials[i].name));
 }
 
 TEST(keys_are_listed_once)
@@ -333,9 +288,6 @@ TEST(keys_are_listed_once)
 /* Escape closes what is open, and never quits; q quits. */
 TEST(escape_closes)
 {
-    view_options options;
-    view_app app;
-
     view_test_app(&app, &options, 320, 240);
     view_keys_press(&app, '?');
     view_keys_press(&app, 'P');
@@ -352,9 +304,6 @@ TEST(escape_closes)
 /* What both sides share follows the first; the rest stays of each. */
 TEST(sides_differ_only_where_they_may)
 {
-    view_options options;
-    view_app app;
-
     view_test_app(&app, &options, 320, 240);
     view_keys_press(&app, 'C');
     CHECK(app.side[0].compare == VIEW_SPLIT && app.edited == 1);
@@ -370,20 +319,27 @@ TEST(sides_differ_only_where_they_may)
 /* ---- the user interface ---------------------------------------------------
  */
 
-static void free_ui(void *unused)
+static void end_window(void *unused)
 {
     (void)unused;
+    view_renderer_free(app.renderer);
+    view_folder_free(&app.folder);
     view_ui_free();
 }
 
-static void begin_ui(int width, int height)
+/* A screen as of a window, black. */
+static void begin_window(int width, int height)
 {
-    view_ui_free();
+    view_test_app(&app, &options, width, height);
     view_test_begin(width, height);
-    test_defer(free_ui, NULL);
-    NEED(view_ui_make(1));
+    test_defer(end_window, NULL);
+    app.renderer = view_renderer_create();
+    NEED(app.renderer && view_renderer_load(app.renderer, app.set) &&
+         view_ui_make(1));
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl.ClearColor(0, 0, 0, 1);
     gl.Clear(GL_COLOR_BUFFER_BIT);
+    view_ui_begin(width, height);
 }
 
 TEST(text_stays_in_its_box)
@@ -395,8 +351,7 @@ TEST(text_stays_in_its_box)
     const double w = 160, h = 36; /* at most, of the text below */
     int ink = 0, outside = 0;
 
-    begin_ui(W, H);
-    view_ui_begin(W, H);
+    begin_window(W, H);
     view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
     view_ui_end(0);
     unsigned char *rgb = view_picture_read(0, W, H, 3);
@@ -417,8 +372,7 @@ TEST(legends_show_their_scale)
     };
     int bad = 0;
 
-    begin_ui(W, H);
-    view_ui_begin(W, H);
+    begin_window(W, H);
     view_ui_legend(10, 5, 320, 0);
     view_ui_legend(10, 35, 320, 4);
     view_ui_end(0);
@@ -445,16 +399,11 @@ TEST(labels_are_beside_the_picture)
         W = 640,
         H = 400
     };
-    view_options options;
-    view_app app;
-
+    begin_window(W, H);
+    view_ui_end(0);
     for (int i = 0; i < 2 * VIEW_MODES; i++) {
         if (i / 2 == VIEW_MODEL)
             continue; /* as spheres, without axes */
-        view_test_app(&app, &options, W, H);
-        begin_ui(W, H);
-        app.renderer = view_renderer_create();
-        NEED(app.renderer && view_renderer_load(app.renderer, app.set));
         for (int k = 0; k < 2; k++) {
             view_settings *s = &app.side[k];
             s->mode = (view_mode)(i / 2);
@@ -484,6 +433,5 @@ TEST(labels_are_beside_the_picture)
                   view_mode_names[i / 2], inside, ink);
         free(before);
         free(after);
-        view_renderer_free(app.renderer);
     }
 }

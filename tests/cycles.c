@@ -30,6 +30,7 @@
 #include "view.h"
 #include "view/renderer.h"
 #include "view/vector.h"
+#include "json/text.h"
 
 enum {
     WIDTH = 600,
@@ -73,9 +74,7 @@ static view_settings scene(void)
     s.roughness[1] = 1;
     s.multiscatter = false;
     s.light_count = 0;
-    for (int i = 0; i < VIEW_MATERIALS; i++)
-        if (!strcmp(view_materials[i].name, "white"))
-            s.material = i;
+    s.material = ibl_names_find(view_material_names, "white");
     return s;
 }
 
@@ -244,8 +243,7 @@ static bool draw(const baked_set *set, view_reflection reflection, float *rgb)
 
     s.reflection = reflection;
     do
-        ok = ok && view_renderer_draw(r, (view_settings[2]){s, s},
-                                      &(view_area){0, 0, WIDTH, HEIGHT});
+        ok = ok && view_test_draw(r, &s, WIDTH, HEIGHT);
     while (ok && reflection == VIEW_REFERENCE &&
            view_renderer_samples(r) < SAMPLES);
     ok = ok && view_renderer_read(r, false, rgb);
@@ -339,7 +337,7 @@ static int compare(const char *const paths[2], char *const sets[2])
     const view_settings s = scene();
     ibl_read_options o = ibl_read_options_default();
     figures f[LOOKUPS][SPHERES];
-    baked_set set[2] = {{0}};
+    static baked_set set[2];
     ibl_image map = {0}, cycles = {0};
     ibl_ctx *ctx = view_test_ctx(0);
 
@@ -468,9 +466,7 @@ static int compare_model(const char *set_path, const char *model_path,
     for (int i = 1; ok && i < LOOKUPS; i++) {
         s.reflection = lookups[i].reflection;
         do
-            ok = view_renderer_draw(
-                r, (view_settings[2]){s, s},
-                &(view_area){0, 0, MODEL_WIDTH, MODEL_HEIGHT});
+            ok = view_test_draw(r, &s, MODEL_WIDTH, MODEL_HEIGHT);
         while (ok && s.reflection == VIEW_REFERENCE &&
                view_renderer_samples(r) < SAMPLES / 4);
         ok = ok && view_renderer_read(r, false, rgb);

@@ -8,6 +8,7 @@
 
 #include "truth.h"
 #include "view.h"
+#include "json/text.h"
 
 static view_renderer *renderer;
 static ibl_ctx *ctx;
@@ -217,11 +218,10 @@ view_model *shade_ball(void)
 
 int shade_material(const char *name)
 {
-    for (int i = 0; i < VIEW_MATERIALS; i++)
-        if (!strcmp(view_materials[i].name, name))
-            return i;
-    need(false, name);
-    return 0;
+    const int i = ibl_names_find(view_material_names, name);
+
+    need(i >= 0, name);
+    return i;
 }
 
 shade_pixel *shade_pixels(const view_settings *s)

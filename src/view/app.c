@@ -78,9 +78,10 @@ void view_app_fit(view_app *app)
     app->redraw = true;
 }
 
-unsigned view_app_facts(const view_app *app)
+const char *view_app_why(const view_app *app, const view_control *c)
 {
-    return view_facts(&app->side[app->edited], app->probes, NULL);
+    return view_control_why(c, &app->side[app->edited], app->probes,
+                            app->options);
 }
 
 /* Shows the set in the free slot. If that fails, restores the previous set and
@@ -99,8 +100,6 @@ static bool show(view_app *app, const view_request *what)
     view_set_free(free_slot(app)); /* the previous set */
     app->side[0].layer = set->layer;
     view_app_fit(app);
-    if (app->options->verbose)
-        view_report_set(set);
     app->request = *what;
     if (what->path != app->path)
         snprintf(app->path, sizeof app->path, "%s", what->path);
@@ -246,11 +245,8 @@ void view_app_step(view_app *app, int step)
 static bool load_other(view_app *app)
 {
     const view_request what = {.path = app->options->against_set};
-    const char *why;
 
-    if (!(view_kind_of(what.path, &why) == VIEW_KIND_MAP
-              ? view_set_bake(app->ctx, &what, &app->other)
-              : view_set_open(app->ctx, &what, &app->other)))
+    if (!view_still_load(app->ctx, &what, &app->other))
         return false;
     const char *lacks = view_set_lacks(&app->other, app->side[1].diffuse);
     return !lacks ? view_renderer_against(app->renderer, &app->other)
@@ -261,20 +257,13 @@ bool view_app_make(view_app *app)
 {
     const view_options *o = app->options;
 
-    if (o->verbose)
-        printf("OpenGL %s, %s, by %s\n", (const char *)gl.GetString(GL_VERSION),
-               (const char *)gl.GetString(GL_RENDERER), view_screen_by());
     app->renderer = view_renderer_create();
     memcpy(app->drawn, app->side, sizeof app->drawn);
     if (!app->renderer)
         return false;
-    if ((o->probe_set && !load_probes(app, o->probe_set)) ||
-        (o->against_set && !load_other(app)) ||
-        (o->model && !load_model(app, o->model)))
-        return false;
-    if (o->verbose && o->probe_set)
-        view_report_probe_set(app->probes, o->probe_set);
-    return true;
+    return (!o->probe_set || load_probes(app, o->probe_set)) &&
+           (!o->against_set || load_other(app)) &&
+           (!o->model || load_model(app, o->model));
 }
 
 void view_app_end(view_app *app)

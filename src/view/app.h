@@ -82,8 +82,8 @@ bool view_app_tend(view_app *app);
 /* Limits the settings to what the set has, shares them between the sides, and
  * requests a frame. */
 void view_app_fit(view_app *app);
-/* What holds for view_control.where. */
-unsigned view_app_facts(const view_app *app);
+/* view_control_why of the side that is edited. */
+const char *view_app_why(const view_app *app, const view_control *c);
 /* Stops the bake and frees all but the sets, while the context is current. */
 void view_app_end(view_app *app);
 
@@ -136,8 +136,16 @@ void view_spin(view_app *app, double degrees);
 
 /* Runs the window until it is closed. False after a message. */
 bool view_window_run(ibl_ctx *ctx, const view_options *options);
-/* Opens or bakes the set of the options and makes their outputs, without a
- * window: a picture, a contact sheet or a turntable. False, with a message. */
+
+/* ---- pictures in files (still.c) ---------------------------------------- */
+
+/* Opens or bakes the set of the options and makes their outputs: a picture, a
+ * contact sheet or a turntable. False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
+/* Bakes a map, or opens a set. False, with a message, and *set zeroed. */
+bool view_still_load(ibl_ctx *ctx, const view_request *what, baked_set *set);
+/* Writes what a window shows to the first iblview-NNN.png that does not exist,
+ * and says so, or why not. */
+void view_still_write(view_app *app);
 
 #endif

@@ -1,45 +1,31 @@
 /* SPDX-License-Identifier: MIT */
 /* What can be changed in a view: the command line, keys and the panel are made
- * from one table, with a row for each setting. */
+ * from one table, with a row for each setting and option. */
 #ifndef VIEW_CONTROLS_H
 #define VIEW_CONTROLS_H
 
 #include "common/option.h"
+#include "view/baked_set.h"
 #include "view/settings.h"
 
-/* Where a row changes the picture: in one of these modes, */
-enum {
-    VIEW_IN_SPHERES = 1 << VIEW_SPHERES,
-    VIEW_IN_MODEL = 1 << VIEW_MODEL,
-    VIEW_IN_SCENE = 1 << VIEW_SCENE,
-    VIEW_IN_LEVELS = 1 << VIEW_LEVELS,
-    VIEW_IN_IRRADIANCE = 1 << VIEW_IRRADIANCE_MAP,
-    VIEW_IN_TABLE = 1 << VIEW_TABLE,
-    VIEW_IN_MAP = 1 << VIEW_SOURCE_MAP,
-    VIEW_IN_ALL = (1 << VIEW_MODES) - 1,
-    VIEW_IN_LIT = VIEW_IN_SPHERES | VIEW_IN_MODEL,
-    VIEW_IN_FLAT = VIEW_IN_ALL & ~(VIEW_IN_LIT | VIEW_IN_SCENE),
-    /* and only if all of these facts hold: */
-    VIEW_NEED = 1 << VIEW_MODES,
-    VIEW_NEED_TONE = VIEW_NEED,            /* no linear floats are written */
-    VIEW_NEED_CURVE = VIEW_NEED << 1,      /* no false colours */
-    VIEW_NEED_COMPARE = VIEW_NEED << 2,    /* two states are compared */
-    VIEW_NEED_SPLIT = VIEW_NEED << 3,      /* side by side */
-    VIEW_NEED_DIFFERENCE = VIEW_NEED << 4, /* by their difference */
-    VIEW_NEED_MATERIAL = VIEW_NEED << 5,   /* the material is shown */
-    VIEW_NEED_ORBIT = VIEW_NEED << 6,      /* not by the file's camera */
-    VIEW_NEED_BLUR = VIEW_NEED << 7,       /* a background of that kind */
-    VIEW_NEED_LEVEL = VIEW_NEED << 8,      /* the same */
-    VIEW_NEED_COLOUR = VIEW_NEED << 9,     /* the same */
-    VIEW_NEED_PROBES = VIEW_NEED << 10,    /* there are local probes */
-    VIEW_NEED_K = VIEW_NEED << 11,         /* the nearest few light a point */
-    VIEW_NEED_WINDOW = VIEW_NEED << 12,    /* no picture is written */
-    VIEW_NEED_PLAIN = VIEW_NEED << 13,     /* no Fresnel of roughness */
-    VIEW_NEED_OWN = VIEW_NEED << 14,       /* no set of probes */
-    VIEW_NEEDS = 15,
-    /* It may differ between two states that are compared. */
-    VIEW_OF_SIDE = VIEW_NEED << VIEW_NEEDS
-};
+typedef struct view_options {
+    view_settings settings; /* the first member: see view_control */
+    view_settings other;    /* of --against */
+    view_request request;
+    const char *offscreen;     /* picture to write, or NULL */
+    const char *contact_sheet; /* or NULL */
+    const char *against;       /* options of the other side, or NULL */
+    const char *against_set;   /* another set to compare with, or NULL */
+    const char *model;         /* scene to show, or NULL */
+    const char *probe_set;     /* index of baked probes, or NULL */
+    int size[2];               /* 0 until the default is set */
+    int samples;               /* of the reference */
+    int turntable;             /* pictures of a turn, 0: none */
+    bool mean_exposure;        /* settings.ev is what makes the mean grey */
+    bool labels, panel;        /* in pictures */
+    bool quiet, stats;
+    ibl_given given;
+} view_options;
 
 /* How the panel shows what ibl_option.parse reads. */
 typedef enum view_shape {
@@ -52,33 +38,31 @@ typedef enum view_shape {
 
 /* A key is a printable character or, above Unicode, a code of GLFW. */
 #define VIEW_KEY(code) (0x110000 + (code))
-#define VIEW_KEY_BACK_TAB VIEW_KEY(0) /* with Shift */
 
 typedef struct view_control {
-    ibl_option option; /* its offset is that in view_settings */
-    const char *label; /* on the panel and in messages */
-    unsigned where;    /* bits of the above */
+    ibl_option option; /* its offset is that in view_options, which begins with
+                          view_settings */
+    const char *label; /* on the panel and in messages; NULL: not there */
+    unsigned where;    /* modes and facts: see controls.c */
+    const char *of;    /* besides, a choice must have a value; NULL: none */
+    int is;            /* that value */
     int key, back;     /* the next value, the one before; 0: none */
     double step;       /* that a key adds to a real; 0: it doubles it */
     double slide[2];   /* ends of the slider; both 0: the option's limits */
     view_shape shape;
 } view_control;
 
-/* Those of view_materials. */
-extern const char *const view_material_names[];
-
 /* Rows under the headings of --help and the panel; ended by NULL. */
 extern const ibl_section *const view_control_sections[];
 /* Row number i of all sections; NULL: there are fewer. */
 const view_control *view_control_at(int i);
+/* The row that c->of names; NULL: it names none. */
+const view_control *view_control_of(const view_control *c);
 
-/* What holds of a state, for `where`.
- *   other   what it is compared with, or NULL
- *   probes  a set of probes is there
- *   file    a picture that is written, or NULL */
-unsigned view_facts(const view_settings *s, bool probes, const char *file);
-/* Why a row changes nothing, and what to do; NULL: it does. */
-const char *view_control_why(const view_control *c, unsigned facts);
+/* Why a row changes nothing in a state, and what to do, until the next call;
+ * NULL: it does. probe_set: there is one of a file. */
+const char *view_control_why(const view_control *c, const view_settings *s,
+                             bool probe_set, const view_options *o);
 
 /* What keys do besides. */
 typedef enum view_act {
@@ -123,7 +107,9 @@ void view_control_step(const view_control *c, view_settings *s, int step);
 /* Its value in words. */
 void view_control_text(const view_control *c, const view_settings *s,
                        char text[80]);
-/* Gives `to` all of `from` but what may differ between states. */
+/* Whether it may differ between two states that are compared. */
+bool view_control_of_side(const view_control *c);
+/* Gives `to` all of `from` but that. */
 void view_controls_share(const view_settings *from, view_settings *to);
 
 #endif

@@ -109,9 +109,8 @@ static void fill_background(view_frame *f, const view_settings *s,
 /* Chromium's F0: Real-Time Rendering, 4th edition, table 9.2. */
 static void fill_material(view_frame *f, const view_settings *s)
 {
-    static const view_material clay = {"clay", {0.5, 0.5, 0.5}, 0.04, 1, ""},
-                               chrome = {
-                                   "chrome", {0.55, 0.556, 0.554}, 0.04, 1, ""};
+    static const view_material clay = {{0.5, 0.5, 0.5}, 0.04, 1},
+                               chrome = {{0.55, 0.556, 0.554}, 0.04, 1};
     const bool spheres = s->mode == VIEW_SPHERES;
     const bool is_clay = !spheres && s->override == VIEW_CLAY;
     const bool is_chrome = !spheres && s->override == VIEW_CHROME;

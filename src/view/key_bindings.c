@@ -205,9 +205,9 @@ static void act(view_app *app, view_act what, int step)
 /* Changes a setting, or says why that would change nothing. */
 static void change(view_app *app, const view_control *c, int step)
 {
-    const int side = c->where & VIEW_OF_SIDE ? app->edited : 0;
-    const char *why = view_control_why(c, view_app_facts(app));
+    const int side = view_control_of_side(c) ? app->edited : 0;
     view_settings *s = &app->side[side];
+    const char *why = view_app_why(app, c);
     char value[80];
 
     if (why) {

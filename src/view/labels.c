@@ -3,9 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "view/frame.h"
 #include "view/message.h"
@@ -276,62 +274,4 @@ void view_labels_draw(view_app *app)
         draw_labels(app, &area);
     view_ui_app(app);
     view_ui_end(app->target);
-}
-
-/* Finds a name that no file has yet. */
-static bool free_name(char *path, size_t size)
-{
-    for (int number = 1; number <= 999; number++) {
-        snprintf(path, size, "iblview-%03d.png", number);
-        if (access(path, F_OK))
-            return true;
-    }
-    return false;
-}
-
-/* Draws in a framebuffer of its own, since covered pixels of a window are
- * undefined. */
-void view_labels_picture(view_app *app)
-{
-    const int width = app->width, height = app->height;
-    const bool panel = app->panel, help = app->help, files = app->files;
-    const int channels =
-        app->side[0].background == VIEW_BACKGROUND_TRANSPARENT ? 4 : 3;
-    const double mouse = app->mouse[0];
-    GLuint colours, framebuffer;
-    char path[32];
-
-    app->wants_picture = app->panel = app->help = app->files = false;
-    app->notice[0] = '\0';
-    app->mouse[0] = -1;
-    bool ok = free_name(path, sizeof path) ||
-              view_fail("no picture is written: up to %s all are there", path);
-    gl.GenRenderbuffers(1, &colours);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, colours);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-    gl.GenFramebuffers(1, &framebuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                               GL_RENDERBUFFER, colours);
-    app->target = framebuffer;
-    do
-        ok = ok && view_app_draw(app, false);
-    while (ok && !view_renderer_complete(app->renderer));
-    if (ok) {
-        view_labels_draw(app);
-        unsigned char *pixels =
-            view_picture_read(app->target, width, height, channels);
-        ok =
-            view_picture_write(app->ctx, path, width, height, channels, pixels);
-        free(pixels);
-    }
-    app->target = 0;
-    gl.DeleteFramebuffers(1, &framebuffer);
-    gl.DeleteRenderbuffers(1, &colours);
-    app->panel = panel, app->help = help, app->files = files;
-    app->mouse[0] = mouse;
-    if (ok)
-        view_app_notice(app, "%s is written", path);
-    else
-        view_app_notice_failure(app);
 }

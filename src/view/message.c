@@ -38,18 +38,6 @@ void view_note(const char *fmt, ...)
     ibl_print_line("note: ", text);
 }
 
-void view_tell(const char *fmt, ...)
-{
-    char text[IBL_LINE_BYTES];
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(text, sizeof text, fmt, ap);
-    va_end(ap);
-    ibl_one_line(text);
-    puts(text);
-}
-
 void view_add(char *text, size_t size, const char *fmt, ...)
 {
     const size_t used = strlen(text);

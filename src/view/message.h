@@ -15,8 +15,6 @@ void view_note(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 void view_quiet(void);
 /* The text of the last view_fail; "" before. */
 const char *view_last_failure(void);
-/* Prints only the text, on standard output. */
-void view_tell(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 /* Log callback of contexts: errors to view_fail, warnings to view_note. */
 void view_log(void *cookie, ibl_log_level level, const char *text);

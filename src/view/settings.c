@@ -54,11 +54,15 @@ bool view_wants_reference(const view_settings *s)
     return view_shows_materials(s) && s->reflection == VIEW_REFERENCE;
 }
 
+bool view_is_sampled(const view_settings *s, const view_settings *other)
+{
+    return view_wants_reference(s) ||
+           (s->compare && view_wants_reference(other));
+}
+
 int view_places(const view_settings *s)
 {
-    return view_shows_materials(s) || s->mode == VIEW_SCENE
-               ? s->antialias * s->antialias
-               : 1;
+    return view_is_lit(s) ? s->antialias * s->antialias : 1;
 }
 
 void view_set_place(view_settings *s, int i)
@@ -80,9 +84,6 @@ const char *const view_mode_names[VIEW_MODES + 1] = {
 const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
                                                          "equirect"};
 
-const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
-                                                     "aces", "neutral", "agx"};
-
 const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh", "last",
                                                            "auto"};
 
@@ -90,26 +91,5 @@ const char *const view_reflection_names[VIEW_REFLECTIONS + 1] = {
     "split",      "fit",       "table",    "two-taps",
     "three-taps", "four-taps", "reference"};
 
-const char *const view_compare_names[VIEW_COMPARES + 1] = {"no", "split",
-                                                           "difference"};
-
-const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
-    "faces", "paraboloids"};
-
-const char *const view_parts_names[VIEW_PARTS_COUNT + 1] = {
-    "all", "ambient", "direct", "diffuse", "specular"};
-
-const char *const view_background_names[VIEW_BACKGROUNDS + 1] = {
-    "map", "blur", "level", "colour", "transparent"};
-
-const char *const view_override_names[VIEW_OVERRIDES + 1] = {
-    "no", "clay", "chrome", "material"};
-
 const char *const view_channel_names[VIEW_CHANNELS + 1] = {
     "rgb", "red", "green", "blue", "alpha", "luminance"};
-
-const char *const view_parallax_names[VIEW_PARALLAXES + 1] = {"none", "box",
-                                                              "sphere"};
-
-const char *const view_probe_choice_names[VIEW_PROBE_CHOICES + 1] = {
-    "blend", "nearest", "nearest-k"};

@@ -5,6 +5,7 @@
 #define VIEW_SETTINGS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "ibl/io.h"
 
@@ -80,17 +81,15 @@ typedef enum view_background {
     VIEW_BACKGROUND_BLUR,
     VIEW_BACKGROUND_LEVEL,
     VIEW_BACKGROUND_COLOUR,
-    VIEW_BACKGROUND_TRANSPARENT, /* alpha 0 in pictures */
-    VIEW_BACKGROUNDS
+    VIEW_BACKGROUND_TRANSPARENT /* alpha 0 in pictures */
 } view_background;
 
 /* Materials of a model. */
 typedef enum view_override {
     VIEW_AS_IS,
-    VIEW_CLAY,     /* albedo .5, rough, not metallic */
-    VIEW_CHROME,   /* a mirror of chromium */
-    VIEW_MATERIAL, /* settings.material */
-    VIEW_OVERRIDES
+    VIEW_CLAY,    /* albedo .5, rough, not metallic */
+    VIEW_CHROME,  /* a mirror of chromium */
+    VIEW_MATERIAL /* settings.material */
 } view_override;
 
 typedef enum view_channel {
@@ -106,9 +105,8 @@ typedef enum view_channel {
 /* What reflections of probes are corrected for. */
 typedef enum view_parallax {
     VIEW_PARALLAX_NONE,
-    VIEW_PARALLAX_BOX,    /* each probe's own proxy */
-    VIEW_PARALLAX_SPHERE, /* a sphere in its place */
-    VIEW_PARALLAXES
+    VIEW_PARALLAX_BOX,   /* each probe's own proxy */
+    VIEW_PARALLAX_SPHERE /* a sphere in its place */
 } view_parallax;
 
 /* Which probes light a point. */
@@ -147,19 +145,35 @@ typedef struct view_pose {
 } view_pose;
 
 typedef struct view_settings {
+    /* What may differ between two states that are compared: materials, */
+    int material;                     /* index in view_materials */
+    double metallic[2], roughness[2]; /* ranges of the grid, 0..1; a single row
+                                         or column has the first value */
+    view_override override;
+    /* light, */
+    view_parts parts;
+    view_diffuse diffuse;
+    view_reflection reflection;
+    bool multiscatter;  /* add the energy that single scattering loses */
+    bool rough_fresnel; /* diffuse light by the tutorials' Fresnel of roughness,
+                           in place of what the specular part leaves */
+    bool seams;         /* cubes without GL_TEXTURE_CUBE_MAP_SEAMLESS */
+    int level;          /* that is shown */
+    /* probes of the scene */
+    view_parallax parallax;
+    view_probe_choice probe_choice;
+    int nearest;    /* of VIEW_PROBES_NEAREST_K, 1..VIEW_MAX_NEAREST */
+    int probes;     /* number of local probes, 0..VIEW_MAX_LOCALS */
+    int probe_size; /* of faces: a power of two */
+    view_probe_capture probe_capture;
+    bool probe_limit; /* captures end where their influence ends */
+
+    /* What is of both, from here on: VIEW_SIDE_BYTES. */
     view_mode mode;
     /* spheres: rows from dielectric (bottom) to metal, columns from smooth to
      * rough; radius 0.45, centres 1 apart in the plane z = 0 round the origin
      */
-    int rows, columns;                /* 1..VIEW_MAX_GRID; 7 */
-    int material;                     /* index in view_materials */
-    double metallic[2], roughness[2]; /* ranges of the grid, 0..1; a single row
-                                         or column has the first value */
-    view_diffuse diffuse;
-    bool multiscatter;  /* add the energy that single scattering loses */
-    bool rough_fresnel; /* diffuse light by the tutorials' Fresnel of roughness,
-                           in place of what the specular part leaves */
-    view_parts parts;
+    int rows, columns; /* 1..VIEW_MAX_GRID; 7 */
     int light_count;
     view_light light[VIEW_MAX_LIGHTS];
     /* camera: looks at the origin from distance, right-handed, +Y up; yaw 0
@@ -172,8 +186,6 @@ typedef struct view_settings {
     double fov;            /* vertical, degrees */
     int file_camera;       /* 1 + index of a camera of the model; 0: none */
     const view_pose *pose; /* of it, which the renderer sets; NULL: none */
-    /* model */
-    view_override override;
     bool ground; /* below the model, with the shadow of the main light */
     /* environment */
     view_background background;
@@ -190,40 +202,35 @@ typedef struct view_settings {
     double ev; /* exposure 2^ev */
     view_tone tone;
     bool false_colour; /* of luminance, instead of tone mapping */
-    /* inspection */
-    view_layout layout;
-    view_channel channel;
-    bool filter; /* interpolate texels */
-    int level;
-    double zoom, pan[2];
-    /* reflections */
-    view_reflection reflection;
     view_compare compare;
     double split; /* 0..1 of the width, or of a sphere's cell */
     double gain;  /* of differences */
+    /* maps */
+    view_layout layout;
+    view_channel channel;
+    bool filter; /* interpolate texels */
+    int layer;   /* of an array of cubes */
+    double zoom, pan[2];
     /* scene */
-    double seconds; /* time of the animation */
-    view_parallax parallax;
-    view_probe_choice probe_choice;
-    int nearest;           /* of VIEW_PROBES_NEAREST_K, 1..VIEW_MAX_NEAREST */
-    bool weights;          /* show the probes' weights as colours */
-    bool seams;            /* cubes without GL_TEXTURE_CUBE_MAP_SEAMLESS */
-    int probes;            /* number of local probes, 0..VIEW_MAX_LOCALS */
-    int probe_size;        /* of faces: a power of two */
+    double seconds;        /* time of the animation */
     double probe_interval; /* seconds; 0: every frame */
-    view_probe_capture probe_capture;
-    bool spread;      /* capture one local probe per frame */
-    bool probe_limit; /* captures end where their influence ends */
-    int layer;        /* of an array of cubes */
+    bool spread;           /* capture one local probe per frame */
+    bool weights;          /* show the probes' weights as colours */
 } view_settings;
+
+enum {
+    VIEW_SIDE_BYTES = offsetof(view_settings, mode)
+};
 
 view_settings view_settings_default(void);
 
 /* Whether a picture is of spheres or a model; of these or the room. */
 bool view_shows_materials(const view_settings *s);
 bool view_is_lit(const view_settings *s);
-/* Whether it is the reference. */
+/* Whether it is the reference; whether that is drawn of a state and, if it is
+ * compared, of the other one. */
 bool view_wants_reference(const view_settings *s);
+bool view_is_sampled(const view_settings *s, const view_settings *other);
 /* Draws that make a picture: the places in a pixel. */
 int view_places(const view_settings *s);
 /* Sets s->pixel to place i of view_places: a lattice that is turned, so that
@@ -236,16 +243,8 @@ bool view_needs_lobes(view_reflection reflection);
  * last. */
 extern const char *const view_mode_names[VIEW_MODES + 1];
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
-extern const char *const view_tone_names[VIEW_TONES + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
 extern const char *const view_reflection_names[VIEW_REFLECTIONS + 1];
-extern const char *const view_compare_names[VIEW_COMPARES + 1];
-extern const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1];
-extern const char *const view_parts_names[VIEW_PARTS_COUNT + 1];
-extern const char *const view_background_names[VIEW_BACKGROUNDS + 1];
-extern const char *const view_override_names[VIEW_OVERRIDES + 1];
 extern const char *const view_channel_names[VIEW_CHANNELS + 1];
-extern const char *const view_parallax_names[VIEW_PARALLAXES + 1];
-extern const char *const view_probe_choice_names[VIEW_PROBE_CHOICES + 1];
 
 #endif

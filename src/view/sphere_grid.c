@@ -18,29 +18,29 @@ static const double radius = 0.45;
  * Diffuse colours are chosen. Water and diamond have none, and the same F0 at
  * both ends; the metal end of plastics has their colour.
  */
-#define METALS "Real-Time Rendering, 4th edition, table 9.2"
-#define PLASTICS "Sultanova et al. 2003"
 #define GLOSS 0.04 /* other dielectrics: n = 1.5 */
 
 /* clang-format off */
-const view_material view_materials[VIEW_MATERIALS + 1] = {
-    {"gold", {1.000, 0.782, 0.344}, GLOSS, 1, METALS},
-    {"copper", {0.955, 0.638, 0.538}, GLOSS, 1, METALS},
-    {"iron", {0.562, 0.565, 0.578}, GLOSS, 1, METALS},
-    {"silver", {0.972, 0.960, 0.915}, GLOSS, 1, METALS},
-    {"aluminium", {0.913, 0.922, 0.924}, GLOSS, 1, METALS},
-    {"titanium", {0.542, 0.497, 0.449}, GLOSS, 1, METALS},
-    {"red acrylic", {0.60, 0.04, 0.03}, 0.0389, 1, "n = 1.491: " PLASTICS},
-    {"blue acrylic", {0.03, 0.10, 0.50}, 0.0389, 1, "n = 1.491: " PLASTICS},
-    {"polystyrene", {0.80, 0.80, 0.80}, 0.0519, 1, "n = 1.590: " PLASTICS},
-    {"water", {0.0204, 0.0204, 0.0204}, 0.0204, 0,
-     "n = 1.333: Hale and Querry 1973"},
-    {"diamond", {0.172, 0.172, 0.172}, 0.172, 0,
-     "n = 2.417: Phillip and Taft 1964"},
-    {"white", {1, 1, 1}, GLOSS, 1, "none: shows what energy is lost"},
-    {.name = NULL},
+const view_material view_materials[VIEW_MATERIALS] = {
+    {{1.000, 0.782, 0.344}, GLOSS, 1}, /* gold */
+    {{0.955, 0.638, 0.538}, GLOSS, 1}, /* copper */
+    {{0.562, 0.565, 0.578}, GLOSS, 1}, /* iron */
+    {{0.972, 0.960, 0.915}, GLOSS, 1}, /* silver */
+    {{0.913, 0.922, 0.924}, GLOSS, 1}, /* aluminium */
+    {{0.542, 0.497, 0.449}, GLOSS, 1}, /* titanium */
+    {{0.60, 0.04, 0.03}, 0.0389, 1}, /* red acrylic */
+    {{0.03, 0.10, 0.50}, 0.0389, 1}, /* blue acrylic */
+    {{0.80, 0.80, 0.80}, 0.0519, 1}, /* polystyrene */
+    {{0.0204, 0.0204, 0.0204}, 0.0204, 0}, /* water */
+    {{0.172, 0.172, 0.172}, 0.172, 0}, /* diamond */
+    {{1, 1, 1}, GLOSS, 1}, /* white */
 };
 /* clang-format on */
+
+const char *const view_material_names[VIEW_MATERIALS + 1] = {
+    "gold",        "copper",   "iron",        "silver",
+    "aluminium",   "titanium", "red acrylic", "blue acrylic",
+    "polystyrene", "water",    "diamond",     "white"};
 
 static double mix(double a, double b, double t)
 {

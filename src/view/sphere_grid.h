@@ -7,20 +7,19 @@
 #include "view/settings.h"
 
 typedef struct view_material {
-    const char *name;     /* "gold", ... */
     double metal[3];      /* F0 of the metal end, linear Rec. 709 */
     double dielectric_f0; /* of the other end */
     double diffuse; /* 1 if the dielectric end has metal as its diffuse colour,
                        0 if it has none */
-    const char *source; /* source of the numbers */
 } view_material;
 
 enum {
     VIEW_MATERIALS = 12
 };
 
-/* Ended by a NULL name; the first is the default. */
-extern const view_material view_materials[VIEW_MATERIALS + 1];
+/* The first is the default; names end with NULL. */
+extern const view_material view_materials[VIEW_MATERIALS];
+extern const char *const view_material_names[VIEW_MATERIALS + 1];
 
 /* As shaders/sphere.vert has it. */
 typedef struct view_sphere {

@@ -201,13 +201,12 @@ bool show_value(const view_control *c, view_settings *s)
 // Shows the controls of a section, if one of them changes something.
 void show_section(view_app *app, const ibl_section *section)
 {
-    const unsigned facts = view_app_facts(app);
     const auto control = [=](int i) {
         return (const view_control *)ibl_section_at(section, i);
     };
     int first = 0;
 
-    while (first < section->count && view_control_why(control(first), facts))
+    while (first < section->count && view_app_why(app, control(first)))
         first++;
     if (first == section->count ||
         !ImGui::CollapsingHeader(section->title,
@@ -215,12 +214,12 @@ void show_section(view_app *app, const ibl_section *section)
         return;
     for (int i = 0; i < section->count; i++) {
         const view_control *c = control(i);
-        const char *why = view_control_why(c, facts);
+        const char *why = view_app_why(app, c);
         if (!c->label)
             continue;
         ImGui::BeginDisabled(why);
         if (show_value(c,
-                       &app->side[c->where & VIEW_OF_SIDE ? app->edited : 0]))
+                       &app->side[view_control_of_side(c) ? app->edited : 0]))
             view_app_fit(app);
         ImGui::EndDisabled();
         if (why && ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))

@@ -217,8 +217,7 @@ static bool open_window(view_app *app)
 static bool goes_on(const view_app *app)
 {
     const view_settings *s = app->side;
-    const bool sampled = view_wants_reference(&s[0]) ||
-                         (s->compare && view_wants_reference(&s[1]));
+    const bool sampled = view_is_sampled(&s[0], &s[1]);
 
     return app->set && ((s->mode == VIEW_SCENE && !app->paused) ||
                         !view_renderer_complete(app->renderer) ||
@@ -242,7 +241,8 @@ static bool draw(view_app *app)
     glfwSwapBuffers(app->window);
     if (app->options->stats && app->set) {
         view_stats_add(&app->stats, app->frame_ms, gpu_ms);
-        view_stats_tell(&app->stats, app->renderer, &app->side[0]);
+        if (ibl_now() - app->stats.begun >= 1)
+            view_stats_print(&app->stats, app->renderer, &app->side[0]);
     }
     snprintf(title, sizeof title, "%s | %.1f ms",
              app->set ? app->set->baked.name : "iblview", app->frame_ms);
@@ -270,7 +270,7 @@ static bool loop(view_app *app)
         if (!view_app_tend(app))
             return false;
         if (app->wants_picture)
-            view_labels_picture(app);
+            view_still_write(app);
     }
 }
 

@@ -292,7 +292,7 @@ line 2 bench a.hdr --tools cmgen --json out.json --repeat 3
 line 3 probes set.json two.json -o out --shard 1/2 --zstd 19 --size 32 --alpha ignore -v
 line 3 grid --grid room.json -o set.json
 line 6 view out --size 640x360 --grid 4x8 --tone aces --offscreen a.png --ev -1
-line 6 sheet out --contact-sheet a.png --rows material --columns turn --texel 3,4
+line 6 sheet out --contact-sheet a.png --mode levels --against split
 line 4 info a.hdr out --json
 line 5 convert a.ktx2 b.exr --layout equirect --pixel rgba16f --tone film
 
