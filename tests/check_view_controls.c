@@ -205,7 +205,8 @@ TEST(others_are_refused)
             int status;
             expected.settings.mode = (view_mode)mode;
             give(c, &expected, words + 5);
-            for (int k = 5; mode == VIEW_MODEL; k++)
+            for (int k = 5;
+                 mode == VIEW_MODEL && strcmp(c->option.name, "mode"); k++)
                 if (!words[k]) {
                     words[k] = with, words[k + 1] = none;
                     break;

@@ -475,6 +475,7 @@ static bool draw_all(view_model *m, bool blended, bool depth,
                      const view_lighting *light)
 {
     const view_lighting none = {.probes = light->probes};
+    int used = -1;
 
     for (int i = 0; i < m->draw_count; i++) {
         const model_draw *d = m->order[i];
@@ -487,10 +488,13 @@ static bool draw_all(view_model *m, bool blended, bool depth,
             key = DEPTH_ONLY | (key & HAS_MASK ? key & (HAS_MASK | 1) : 0);
         else if (light->override)
             key &= ~(HAS_UNLIT | HAS_COAT);
-        const GLuint program = program_of(key, depth ? &none : light);
-        if (!program)
-            return false;
-        gl.UseProgram(program);
+        if (key != used) {
+            const GLuint program = program_of(key, depth ? &none : light);
+            if (!program)
+                return false;
+            gl.UseProgram(program);
+            used = key;
+        }
         view_gl_block(VIEW_BLOCK_MATERIAL, &material->block,
                       sizeof material->block);
         for (int slot = 0; slot < SLOTS; slot++)
