@@ -291,8 +291,11 @@ bool view_app_tend(view_app *app)
     }
     if (!baker)
         return true;
-    app->redraw = true;
-    if (!view_baker_poll(baker, &app->baked))
+    /* Frames take time from the bake: twenty are enough. */
+    const int shown = (int)(20 * app->baked);
+    const bool ended = view_baker_poll(baker, &app->baked);
+    app->redraw = app->redraw || ended || (int)(20 * app->baked) != shown;
+    if (!ended)
         return true;
     app->baker = NULL;
     if (view_baker_finish(baker, free_slot(app)) &&

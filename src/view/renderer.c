@@ -392,7 +392,7 @@ bool view_renderer_texel(view_renderer *r, int x, int y, float told[3][4])
 }
 
 /* Draws the next place of a state, or samples of the reference. */
-static bool draw_place(view_renderer *r, int i)
+static bool draw_place(view_renderer *r, int i, view_image *to)
 {
     side *of = &r->side[i];
     view_settings at = of->settings;
@@ -409,11 +409,11 @@ static bool draw_place(view_renderer *r, int i)
     view_set_place(&at, r->places % view_places(&at));
     fill_frame(r, i, &at, &frame);
     if (at.mode == VIEW_SCENE)
-        return view_scene_draw(of->stage, &at, &of->picture);
+        return view_scene_draw(of->stage, &at, to);
     if (!view_shows_materials(&at))
-        return inspect(r, of, &of->picture, at.filter, (const GLfloat[3]){0});
+        return inspect(r, of, to, at.filter, (const GLfloat[3]){0});
     if (!view_wants_reference(&at))
-        return view_subject_draw(&seen, &of->picture);
+        return view_subject_draw(&seen, to);
     if (!of->truth)
         of->truth = view_truth_create(set_of(r, 0));
     return of->truth &&
@@ -426,6 +426,7 @@ static bool draw_side(view_renderer *r, int i)
     side *of = &r->side[i];
     const int all = view_places(&of->settings);
     const bool sampled = view_wants_reference(&of->settings);
+    view_image *to = r->places ? &of->picture : &of->mean;
 
     if (r->places >= all && !sampled)
         return true;
@@ -433,10 +434,9 @@ static bool draw_side(view_renderer *r, int i)
     if (has_ground(&of->settings) && !draw_depths(r, &of->frame))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
-    return (sampled ||
-            view_image_make(&of->picture, r->area.width, r->area.height)) &&
-           draw_place(r, i) &&
-           (sampled || all == 1 ||
+    return (sampled || view_image_make(to, r->area.width, r->area.height)) &&
+           draw_place(r, i, to) &&
+           (sampled || to == &of->mean ||
             view_mean_add(&of->picture, 1 / (1 + (float)r->places), &of->mean));
 }
 
@@ -445,8 +445,7 @@ static GLuint picture_of(const view_renderer *r, int i)
     const side *of = &r->side[i];
 
     return view_wants_reference(&of->settings) ? of->truth->mean.texture
-           : view_places(&of->settings) > 1    ? of->mean.texture
-                                               : of->picture.texture;
+                                               : of->mean.texture;
 }
 
 static bool display_pass(const view_renderer *r, const view_frame *f,
@@ -610,12 +609,11 @@ static bool find_shown(const view_renderer *r, int *shown)
         .light = {.parts = VIEW_PARTS_COUNT}};
     float *value = ibl_need(malloc(count * sizeof *value));
     view_image picture = {0};
-    const bool ok =
-        (!numbers ||
-         (view_image_make(&picture, r->area.width, r->area.height) &&
-          view_subject_draw(&seen, &picture))) &&
-        read_floats(r, numbers ? picture.texture : of->picture.texture,
-                    numbers ? GL_RED : GL_ALPHA, value);
+    const bool ok = (!numbers || (view_image_make(&picture, r->area.width,
+                                                  r->area.height) &&
+                                  view_subject_draw(&seen, &picture))) &&
+                    read_floats(r, numbers ? picture.texture : of->mean.texture,
+                                numbers ? GL_RED : GL_ALPHA, value);
 
     view_image_free(&picture);
     for (size_t i = 0; i < count; i++)

@@ -14,7 +14,8 @@
 #include "view/truth.h"
 #include "view/ui.h"
 
-static const double BAKING_S = 0.1; /* seconds between looks at a bake */
+/* Seconds between looks at a bake, at a message. */
+static const double BAKING_S = 0.01, NOTICE_S = 0.1;
 
 /* Values of view_app.held. */
 enum {
@@ -257,18 +258,18 @@ static bool loop(view_app *app)
         view_app_notice(app, "? lists the keys, P shows the controls");
     app->redraw = true;
     for (;;) {
+        if (!view_app_tend(app))
+            return false;
         if ((app->redraw || goes_on(app)) && !draw(app))
             return false;
         if (app->redraw || goes_on(app))
             glfwPollEvents();
         else if (app->baker || app->notice[0])
-            glfwWaitEventsTimeout(BAKING_S);
+            glfwWaitEventsTimeout(app->baker ? BAKING_S : NOTICE_S);
         else
             glfwWaitEvents();
         if (glfwWindowShouldClose(app->window) || app->quit)
             return true;
-        if (!view_app_tend(app))
-            return false;
         if (app->wants_picture)
             view_still_write(app);
     }
@@ -282,12 +283,17 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
                     .labels = options->labels,
                     .mouse = {-1, -1},
                     .begun = ibl_now()};
-    bool ok = view_options_may(options) && open_window(&app) &&
-              view_app_make(&app) && view_ui_make(app.scale);
+    const char *why;
+    const bool map = view_kind_of(options->request.path, &why) == VIEW_KIND_MAP;
+    /* A map is baked while the window opens. */
+    bool ok = view_options_may(options) &&
+              (!map || view_app_open(&app, &options->request)) &&
+              open_window(&app) && view_app_make(&app) &&
+              view_ui_make(app.scale);
 
     if (ok)
         view_ui_attach(app.window);
-    ok = ok && view_app_open(&app, &options->request) &&
+    ok = ok && (map || view_app_open(&app, &options->request)) &&
          (!app.set || view_options_suit(options, app.set)) && loop(&app);
     view_ui_free();
     view_app_end(&app);
