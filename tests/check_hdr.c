@@ -278,6 +278,23 @@ TEST(headers)
     }
 }
 
+/* Of any length. */
+TEST(long_header)
+{
+    enum {
+        MORE = 900000
+    };
+    char *text = test_alloc(MORE + 200, 1);
+    float rgb[3] = {0};
+
+    memset(text, '\t', MORE);
+    memcpy(text, R FORMAT, sizeof R FORMAT - 1);
+    strcpy(text + MORE, "\n" PIXEL);
+    for (int i = 200; i < MORE; i += 100)
+        text[i - 1] = '\n';
+    CHECK(!one_pixel(test_keeping_ctx(1, &kept), text, rgb) && rgb[2] == .25f);
+}
+
 /* ---- damage --------------------------------------------------------- */
 
 TEST(damaged)
