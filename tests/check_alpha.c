@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Alpha of images that are read, and of textures. The truth is what was saved,
- * multiplied where it is straight; check_read has rows, threads and pipes. */
+ * multiplied where it is straight; check_read has rows, threads, pipes and
+ * formats of integers. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -152,42 +153,6 @@ TEST(of_files)
         const bool hidden = how == IBL_ALPHA_FILE;
         CHECK(!s.status && (s.report.alpha_hidden > 0) == hidden &&
               !kept.text[IBL_LOG_WARNING][0] != hidden);
-    }
-}
-
-/* Formats with straight alpha are multiplied by it, in linear light. */
-TEST(integer_formats)
-{
-    static const struct {
-        const char *name;
-        bool straight;
-    } cases[] = {{"s.png", true}, {"s16.png", true}, {"grey.png", true},
-                 {"s.tif", true}, {"p.tif", false},  {"s.tga", true}};
-    file_need_oiio();
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    NEED(file_run(
-        "oiiotool --create 8x4 4 -d uint8 --fill:color=0.6,0.6,0.6,0.4 8x4 "
-        "--attrib oiio:UnassociatedAlpha 1 -o s.png -o s.tga -o s.tif "
-        "-d uint16 -o s16.png "
-        "--create 8x4 2 --chnames Y,A -d uint8 --fill:color=0.6,0.4 8x4 "
-        "--attrib oiio:UnassociatedAlpha 1 -o grey.png "
-        "--create 8x4 4 --fill:color=0.6,0.6,0.6,0.4 8x4 -o p.tif"));
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const double full = pow((153 / 255. + 0.055) / 1.055, 2.4);
-        seen s = see(ctx, cases[i].name, IBL_ALPHA_FILE, 0);
-        CHECK_MSG(!s.status && s.alpha, "%s: %s", cases[i].name, kept.text[0]);
-        if (s.alpha) {
-            CHECK_MSG(fabs((double)s.alpha[9] - 0.4) < 1e-6, "%s: alpha %g",
-                      cases[i].name, (double)s.alpha[9]);
-            CHECK_MSG(fabs((double)s.img.data[27] -
-                           full * (cases[i].straight ? 0.4 : 1)) < 1e-5,
-                      "%s: colour %g", cases[i].name, (double)s.img.data[27]);
-        }
-        s = see(ctx, cases[i].name, IBL_ALPHA_IGNORE, 0);
-        CHECK_MSG(!s.status && !s.alpha &&
-                      fabs((double)s.img.data[27] - full) < 1e-5,
-                  "%s: without alpha %g", cases[i].name,
-                  s.img.data ? (double)s.img.data[27] : -1);
     }
 }
 
