@@ -305,7 +305,7 @@ $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
-                       tests/exr.c tests/kern.c tests/float_exr.c)
+                       tests/kern.c tests/float_exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The Radiance reader against an encoder of every variant written here, and
- * against OpenImageIO where it reads the variant.
+ * The Radiance reader against an encoder of every variant written here;
+ * check_exr compares it with OpenImageIO.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "exr.h"
 #include "files.h"
 #include "test.h"
 
@@ -369,57 +368,5 @@ TEST(damaged)
                       strstr(text, cases[i].needle) && !strchr(text, '\n') &&
                       strlen(text) < 200,
                   "\"%s\" lacks \"%s\"", text, cases[i].needle);
-    }
-}
-
-/*
- * OpenImageIO 2.4 reads flat and new run lengths, leaves scanlines as they
- * lie and EXPOSURE alone. It refuses XYZE, CR LF and a missing FORMAT, takes
- * old run lengths for pixels, and its 2^(e - 136) is one unit in the last
- * place low where e is 40, 223 or 226: far from any real picture.
- */
-TEST(as_openimageio)
-{
-    static const int sizes[][2] = {{33, 21},   {1, 3},    {7, 2},   {8, 9},
-                                   {127, 2},   {128, 2},  {129, 2}, {640, 200},
-                                   {32767, 2}, {32768, 2}};
-    enum {
-        FILES = sizeof sizes / sizeof *sizes
-    };
-    static const char *const real[] = {"quarry_01_1k.hdr",
-                                       "royal_esplanade_1k.hdr"};
-    const char *names[FILES + 2], *command = "oiiotool -d float";
-    int count = 0;
-
-    file_need_oiio();
-    for (; count < FILES; count++) {
-        const int *size = sizes[count];
-        unsigned char *px = picture(size[0], size[1]);
-        for (int k = 0; k < size[0] * size[1]; k++) {
-            const int e = px[4 * k + 3];
-            if (e == 40 || e == 223 || e == 226)
-                px[4 * k + 3]++;
-        }
-        const file f = encode(count % 4 ? NEW : FLAT, orientations[0], px,
-                              size[0], size[1]);
-        names[count] = file_path(test_text("%d.hdr", count));
-        NEED(file_save(names[count], f.data, f.size));
-    }
-    for (int i = 0; i < 2 && test_shared_data(real[i]); i++)
-        names[count++] = test_text("%s", test_shared_data(real[i]));
-    for (int i = 0; i < count; i++)
-        command = test_text("%s '%s%s' -o %d.exr", command,
-                            i < FILES ? "" : "'\"$OLDPWD\"'/", names[i], i);
-    NEED(file_run("%s", command));
-    test_exr_ctx = test_keeping_ctx(2, &kept);
-    for (int i = 0; i < count; i++) {
-        size_t size;
-        ibl_image ours, theirs;
-        const unsigned char *bytes = file_load(names[i], &size);
-        CHECK_MSG(!decode(test_exr_ctx, bytes, size, &ours), "%s: %s", names[i],
-                  kept.text[IBL_LOG_ERROR]);
-        test_image(ours);
-        NEED(!test_exr_decode(test_text("%d.exr", i), NULL, -1, &theirs, NULL));
-        CHECK_MSG(test_exr_same(&ours, &theirs), "%s differs", names[i]);
     }
 }
