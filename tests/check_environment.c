@@ -400,7 +400,7 @@ TEST(chains)
     o.more = more;
     o.more_count = 5;
     ibl_bake_result all = map_bake(ctx, &map, &o);
-    CHECK(all.more_count == 5);
+    NEED(all.more_count == 5);
     one.specular_options = o.specular_options;
     ibl_bake_result first = map_bake(ctx, &map, &one);
     check_chain(&first, &all.specular, &all.report, IBL_TOLERANCE_DEFAULT);
@@ -410,14 +410,6 @@ TEST(chains)
         check_chain(&alone, &all.more[i], &all.more_report[i],
                     i == 3 ? 0 : IBL_TOLERANCE_DEFAULT);
     }
-    o.specular = 0;
-    ibl_bake_result others = map_bake(ctx, &map, &o);
-    CHECK(!others.specular.data && others.more_count == 5);
-    for (int i = 0; i < 5; i++)
-        for (int l = 0; l < all.more[i].levels; l++)
-            CHECK_NEAR(cube_nrmse(&others.more[i], &all.more[i], l), 0,
-                       IBL_TOLERANCE_DEFAULT);
-    o.specular = 1;
     o.more_count = 1;
     ibl_bake_result two = map_bake(ctx, &map, &o);
     check_chain(&first, &two.specular, &two.report, 0);

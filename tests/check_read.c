@@ -12,7 +12,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "files.h"
@@ -166,44 +165,20 @@ ssize_t __wrap_pread(int fd, void *to, size_t size, off_t offset)
         fd, to, slow.most && slow.most < size ? slow.most : size, offset);
 }
 
-/* Standard input becomes what another process sends after a pause, in parts;
- * returns what it was. */
-static int send(const void *bytes, size_t size, pid_t *child)
+/* Standard input is what a command prints after a pause. */
+static ibl_status by_pipe(ibl_ctx *ctx, const char *name, const char *command,
+                          const ibl_read_options *opts, ibl_image *img,
+                          ibl_read_report *report)
 {
-    const struct timespec pause = {0, 20000000};
     const int saved = dup(STDIN_FILENO);
-    int ends[2];
+    FILE *pipe =
+        popen(test_text("sleep .02; cd '%s'; %s", test_dir(), command), "r");
 
-    if (pipe(ends) || fflush(NULL))
-        exit(1);
-    dup2(ends[0], STDIN_FILENO);
-    close(ends[0]);
-    *child = fork();
-    if (!*child) {
-        close(STDIN_FILENO);
-        nanosleep(&pause, NULL);
-        for (ssize_t n = 1; n > 0 && size; size -= (size_t)n) {
-            n = write(ends[1], bytes, size < 50000 ? size : 50000);
-            bytes = (const char *)bytes + n;
-        }
-        _exit(0);
-    }
-    close(ends[1]);
-    return saved;
-}
-
-static ibl_status by_pipe(ibl_ctx *ctx, const char *name, const void *bytes,
-                          size_t size, const ibl_read_options *opts,
-                          ibl_image *img, ibl_read_report *report)
-{
-    pid_t child;
-    int code;
-
-    const int saved = send(bytes, size, &child);
+    NEED(pipe && dup2(fileno(pipe), STDIN_FILENO) == STDIN_FILENO);
     const ibl_status status = by_rows(ctx, name, 16, opts, img, report);
-    dup2(saved, STDIN_FILENO); /* the writer sees it closed */
+    dup2(saved, STDIN_FILENO); /* the command sees it closed */
     close(saved);
-    waitpid(child, &code, 0);
+    pclose(pipe);
     return status;
 }
 
@@ -250,9 +225,9 @@ static void every_way(const char *name)
         slow.most = ways[i].most;
         slow.on = ways[i].interrupted;
         const ibl_status status =
-            ways[i].pipe
-                ? by_pipe(ctx, ways[i].pipe, bytes, size, &opts, &img, &got)
-                : by_rows(ctx, path, ways[i].batch, &opts, &img, &got);
+            ways[i].pipe ? by_pipe(ctx, ways[i].pipe, test_text("cat %s", name),
+                                   &opts, &img, &got)
+                         : by_rows(ctx, path, ways[i].batch, &opts, &img, &got);
         slow.most = 0;
         slow.on = false;
         CHECK_MSG(!status, "%s, way %zu: %s", name, i, kept.text[0]);
@@ -321,17 +296,15 @@ TEST(everywhere)
 /* Of a stream nothing comes, or more than the pixels. */
 TEST(streams_without_an_end)
 {
-    static unsigned char bytes[500000];
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     ibl_image img;
-    size_t size;
 
-    CHECK(by_pipe(ctx, "-", "", 0, NULL, &img, NULL) == IBL_ERR_FORMAT);
+    CHECK(by_pipe(ctx, "-", "true", NULL, &img, NULL) == IBL_ERR_FORMAT);
     CHECK(test_said(&kept, "standard input: is empty"));
     save_hdr("a.hdr", "-Y 9 +X 18", false);
-    memcpy(bytes, file_load(file_path("a.hdr"), &size), 9 * 72);
-    CHECK_MSG(!by_pipe(ctx, "-", bytes, sizeof bytes, NULL, &img, NULL), "%s",
-              kept.text[0]);
+    CHECK_MSG(!by_pipe(ctx, "-", "cat a.hdr /dev/zero | head -c 500000", NULL,
+                       &img, NULL),
+              "%s", kept.text[0]);
 }
 
 /* ---- pixels in memory, and mending ---------------------------------- */
@@ -542,12 +515,7 @@ TEST(arguments)
         CHECK((int)ibl_source_read(s, reads[i][0], rgb) == reads[i][1]);
     CHECK(!strcmp(ibl_source_report(s)->format, "Radiance RGBE"));
     ibl_source_close(s);
-    /* closed before the end */
-    NEED(!ibl_source_open(ctx, path, NULL, &s));
-    CHECK(!ibl_source_read(s, 7, rgb));
-    ibl_source_close(s);
     ibl_source_close(NULL);
-    CHECK(!opts.layer && opts.part == -1 && !opts.strict && !opts.any_aspect);
     for (int i = 0; i < 4; i++) {
         opts.part = i - 2;
         CHECK(by_rows(ctx, path, 0, &opts, &img, NULL) == parts[i]);
@@ -557,9 +525,6 @@ TEST(arguments)
     CHECK(by_rows(ctx, path, 0, &opts, &img, NULL) == IBL_ERR_FORMAT);
     save_hdr("a.hdr", "-Y 60 +X 90", false);
     CHECK(by_rows(ctx, path, 0, NULL, &img, NULL) == IBL_ERR_FORMAT);
-    CHECK_MSG(test_said(&kept, "90x60 is not 2:1"), "%s", kept.text[0]);
-    CHECK(ibl_image_decode(ctx, "m", "", 0, NULL, &img, NULL) ==
-          IBL_ERR_FORMAT);
 }
 
 static void cancel(void *cookie, const char *stage, double done, double whole)

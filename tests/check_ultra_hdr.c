@@ -63,29 +63,25 @@ static void put_segment(file *f, int marker, const char *name,
 static const char xmp[] = "http://ns.adobe.com/xap/1.0/";
 static const char iso[] = "urn:iso:std:iso:ts:21496:-1";
 
-static const char *triple(const char *name, const double v[3])
-{
-    return test_text("<%s><rdf:Seq>\n<rdf:li>%.9g</rdf:li><rdf:li>%.9g</rdf:li>"
-                     "<rdf:li>%.9g</rdf:li></rdf:Seq></%s>",
-                     name, v[0], v[1], v[2], name);
-}
-
 /* Attributes for one channel, lists for three, as Android's guide has both. */
 static void put_android(file *f, const meaning *m, bool three)
 {
-    const char *text =
-        three ? test_text("<rdf:Description hdrgm:Version=\"1.0\" "
-                          "hdrgm:HDRCapacityMax=\"4\">%s%s%s%s%s",
-                          triple("hdrgm:GainMapMin", m->min),
-                          triple("hdrgm:GainMapMax", m->max),
-                          triple("hdrgm:Gamma", m->gamma),
-                          triple("hdrgm:OffsetSDR", m->base_offset),
-                          triple("hdrgm:OffsetHDR", m->offset))
-              : test_text("<rdf:Description hdrgm:Version=\"1.0\" "
-                          "hdrgm:GainMapMax=\"%.9g\" "
-                          "hdrgm:HDRCapacityMax=\"3.5\" "
-                          "hdrgm:BaseRenditionIsHDR=\"False\"/>",
-                          m->max[0]);
+    static const char *const names[] = {"GainMapMin", "GainMapMax", "Gamma",
+                                        "OffsetSDR", "OffsetHDR"};
+    const double *values[] = {m->min, m->max, m->gamma, m->base_offset,
+                              m->offset};
+    const char *text = test_text(
+        "<rdf:Description hdrgm:Version=\"1.0\" hdrgm:HDRCapacityMax=\"3.5\" "
+        "hdrgm:BaseRenditionIsHDR=\"False\" ");
+
+    if (!three)
+        text = test_text("%shdrgm:GainMapMax=\"%.9g\"/>", text, m->max[0]);
+    for (int i = 0; i < 5 && three; i++)
+        text = test_text("%s%s<hdrgm:%s><rdf:Seq>\n<rdf:li>%.9g</rdf:li>"
+                         "<rdf:li>%.9g</rdf:li><rdf:li>%.9g</rdf:li></rdf:Seq>"
+                         "</hdrgm:%s>",
+                         text, i ? "" : ">", names[i], values[i][0],
+                         values[i][1], values[i][2], names[i]);
     put_segment(f, 0xe1, xmp, text, strlen(text));
 }
 
@@ -122,12 +118,8 @@ static void put_index(file *f, size_t second, size_t size)
     put(&mpf, "MM\0\x2a\0\0\0\x08\0\x01\xb0\x02\0\x07", 14);
     put_number(&mpf, 32, 4);
     put_number(&mpf, 26, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4); /* the first picture */
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4); /* the second */
+    for (int i = 0; i < 6; i++) /* the first picture, and of the second */
+        put_number(&mpf, 0, 4);
     put_number(&mpf, (uint32_t)size, 4);
     put_number(&mpf, (uint32_t)(second - header), 4);
     put_number(&mpf, 0, 4);
@@ -255,122 +247,118 @@ TEST(plain_jpeg_stays_plain)
 {
     const parts p = make_parts(false);
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    file f = {.size = 0};
-    ibl_read_report report;
-    ibl_image img;
 
-    put(&f, p.base, p.base_size);
-    NEED(!decode(ctx, &f, &img, &report));
-    CHECK(report.low_range && strstr(report.format, "jpeg"));
-    f.size = 2;
-    put_segment(&f, 0xe1, xmp, "hdrgm:Version=\"1.0\"", 19);
-    put(&f, p.base + 2, p.base_size - 2);
-    NEED(!decode(ctx, &f, &img, &report));
-    CHECK(report.low_range);
+    for (int i = 0; i < 2; i++) {
+        file f = {.size = 0};
+        ibl_read_report report;
+        ibl_image img;
+        put(&f, p.base, 2);
+        if (i)
+            put_segment(&f, 0xe1, xmp, "hdrgm:Version=\"1.0\"", 19);
+        put(&f, p.base + 2, p.base_size - 2);
+        NEED(!decode(ctx, &f, &img, &report));
+        CHECK(report.low_range && strstr(report.format, "jpeg"));
+    }
 }
 
 TEST(truncation_and_lies)
 {
+    static const struct {
+        double max, gamma;
+        bool by_iso;
+        size_t more;
+        ibl_status status;
+        const char *said;
+    } lies[] = {
+        {3.5, 1, false, 1, IBL_ERR_FORMAT, "picture 2 lies behind the end"},
+        {25, 1, false, 0, IBL_ERR_UNSUPPORTED, "its gains, gamma or offsets"},
+        {3.5, 0, true, 0, IBL_ERR_UNSUPPORTED, "gamma"},
+        {-1, 1, true, 0, IBL_ERR_UNSUPPORTED, ""}};
     const parts p = make_parts(false);
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    meaning m = of_grey;
     ibl_image img;
-    file f = build(&p, &m, false, true, 0);
+    file f = build(&p, &of_grey, false, true, 0);
+    const size_t size = f.size;
 
-    for (size_t cut = 1; cut < f.size; cut += cut < p.gain_size ? 97 : 301) {
-        file part = f;
-        part.size -= cut;
-        CHECK_MSG(decode(ctx, &part, &img, NULL) == IBL_ERR_FORMAT, "%zu", cut);
-        CHECK(!strchr(kept.text[IBL_LOG_ERROR], '\n'));
+    for (size_t cut = 1; cut < size; cut += cut < p.gain_size ? 97 : 301) {
+        f.size = size - cut;
+        CHECK_MSG(decode(ctx, &f, &img, NULL) == IBL_ERR_FORMAT &&
+                      !strchr(kept.text[IBL_LOG_ERROR], '\n'),
+                  "%zu", cut);
     }
-    f = build(&p, &m, false, false, 1);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_FORMAT);
-    CHECK(test_said(&kept, "picture 2 lies behind the end"));
-    m.max[0] = 25;
-    f = build(&p, &m, false, false, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "its gains, gamma or offsets"));
-    m = of_grey;
-    m.gamma[0] = 0;
-    f = build(&p, &m, false, true, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "gamma"));
-    m = of_grey;
-    m.max[0] = m.max[1] = m.max[2] = -1; /* of the headroom too */
-    f = build(&p, &m, false, true, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+    for (int i = 0; i < 4; i++) {
+        meaning m = of_grey;
+        m.max[0] = m.max[1] = m.max[2] = lies[i].max; /* the headroom too */
+        m.gamma[0] = lies[i].gamma;
+        f = build(&p, &m, false, lies[i].by_iso, lies[i].more);
+        CHECK_MSG(decode(ctx, &f, &img, NULL) == lies[i].status &&
+                      test_said(&kept, lies[i].said),
+                  "%d: %s", i, kept.text[IBL_LOG_ERROR]);
+    }
 }
 
 /* OpenImageIO would give their code values for sRGB's. */
 TEST(curves_of_heif)
 {
     static const struct {
-        int transfer;
-        const char *name;
-    } cases[] = {{16, "PQ"}, {18, "HLG"}, {8, "linear"}};
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+        uint32_t transfer;
+        const char *said;
+    } cases[] = {{16, "is AVIF with the curve PQ,"},
+                 {18, "is AVIF with the curve HLG,"},
+                 {8, "is AVIF with the curve linear,"}};
 
     for (int i = 0; i < 3; i++) {
         file f = {.size = 0};
         ibl_image img;
         put(&f,
             "\0\0\0\x1c"
-            "ftypavif\0\0\0\0",
-            16);
-        put(&f, "colrnclx\0\x09", 10);
-        put_number(&f, (uint32_t)cases[i].transfer, 2);
-        CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-        CHECK(test_said(
-            &kept, test_text("is AVIF with the curve %s,", cases[i].name)));
+            "ftypavif\0\0\0\0colrnclx\0\x09",
+            26);
+        put_number(&f, cases[i].transfer, 2);
+        CHECK(decode(file_ctx(1, &kept, file_bridge()), &f, &img, NULL) ==
+              IBL_ERR_UNSUPPORTED);
+        CHECK(test_said(&kept, cases[i].said));
     }
 }
 
 /* ---- profiles --------------------------------------------------------- */
 
-static void put_xyz(file *f, double x, double y, double z)
-{
-    put(f, "XYZ \0\0\0\0", 8);
-    put_number(f, (uint32_t)(int32_t)lrint(x * 65536), 4);
-    put_number(f, (uint32_t)(int32_t)lrint(y * 65536), 4);
-    put_number(f, (uint32_t)(int32_t)lrint(z * 65536), 4);
-}
-
-/* Colorants as published: rows R, G, B of X, Y, Z. */
-static file make_profile(const double xyz[9])
-{
-    static const char names[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
-    file f = {.size = 0};
-
-    memset(f.bytes, 0, 128);
-    f.size = 128;
-    put_number(&f, 3, 4);
-    for (int i = 0; i < 3; i++) {
-        put(&f, names[i], 4);
-        put_number(&f, (uint32_t)(168 + 20 * i), 4);
-        put_number(&f, 20, 4);
-    }
-    for (int c = 0; c < 3; c++)
-        put_xyz(&f, xyz[3 * c], xyz[3 * c + 1], xyz[3 * c + 2]);
-    return f;
-}
-
-/* The colorants of the profiles of HP and Microsoft (sRGB) and of Apple. */
+/* Colorants as published, rows R, G, B of X, Y, Z: of the profiles of HP and
+ * Microsoft (sRGB) and of Apple; and of none. */
 TEST(profiles)
 {
-    const double srgb[9] = {.4360747, .2225045, .0139322, .3850649, .7168786,
-                            .0971045, .1430804, .0606169, .7141733};
-    const double p3[9] = {.5151, .2412, -.0011, .2920, .6922,
-                          .0419, .1571, .0666,  .7841};
+    static const char names[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
+    static const struct {
+        const char *name;
+        double xyz[9];
+    } cases[] = {
+        {"Rec.709",
+         {.4360747, .2225045, .0139322, .3850649, .7168786, .0971045, .1430804,
+          .0606169, .7141733}},
+        {"Display P3",
+         {.5151, .2412, -.0011, .2920, .6922, .0419, .1571, .0666, .7841}},
+        {NULL, {.6, .3, 0, .2, .6, .1, .1, .1, .6}}};
     double xy[8];
-    file f = make_profile(srgb);
 
-    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
-    CHECK(!strcmp(ibl_colour_space_name(xy), "Rec.709"));
-    for (size_t size = 0; size < f.size; size += 5)
-        CHECK(!ibl_icc_primaries(f.bytes, size, xy));
-    f = make_profile(p3);
-    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
-    CHECK(!strcmp(ibl_colour_space_name(xy), "Display P3"));
-    f = make_profile((double[9]){.6, .3, 0, .2, .6, .1, .1, .1, .6});
-    CHECK(!ibl_icc_primaries(f.bytes, f.size, xy));
+    for (int k = 0; k < 3; k++) {
+        file f = {.size = 128};
+        memset(f.bytes, 0, 128);
+        put_number(&f, 3, 4);
+        for (uint32_t i = 0; i < 3; i++) {
+            put(&f, names[i], 4);
+            put_number(&f, 168 + 20 * i, 4);
+            put_number(&f, 20, 4);
+        }
+        for (int i = 0; i < 9; i++) {
+            if (i % 3 == 0)
+                put(&f, "XYZ \0\0\0\0", 8);
+            put_number(&f, (uint32_t)(int32_t)lrint(cases[k].xyz[i] * 65536),
+                       4);
+        }
+        CHECK(ibl_icc_primaries(f.bytes, f.size, xy) == !!cases[k].name);
+        CHECK(!cases[k].name ||
+              !strcmp(ibl_colour_space_name(xy), cases[k].name));
+        for (size_t size = 0; size < f.size; size += 5)
+            CHECK(!ibl_icc_primaries(f.bytes, size, xy));
+    }
 }
