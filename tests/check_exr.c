@@ -88,14 +88,6 @@ static void convert(const char *names)
                   names));
 }
 
-/* To the bit; not if one has failed. */
-static bool same(const ibl_image *a, const ibl_image *b)
-{
-    return a->data && b->data && a->width == b->width &&
-           a->height == b->height &&
-           !memcmp(a->data, b->data, map_floats(a) * sizeof *a->data);
-}
-
 /* Reads both, which give the same bits; returns them. */
 static ibl_image compare(const char *file)
 {
@@ -109,7 +101,7 @@ static ibl_image compare(const char *file)
               "%s: %s", file, report.format);
     CHECK_MSG(
         !decode(test_text("plain_%s.exr", file), NULL, -1, &theirs, NULL) &&
-            same(&ours, &theirs),
+            map_same(&ours, &theirs),
         "%s differs from OpenImageIO", file);
     return ours;
 }
@@ -121,7 +113,7 @@ static void same_as(const char *plain, const char *file, const char *layer,
     ibl_image a, b;
 
     CHECK_MSG(!decode(plain, NULL, -1, &a, NULL) &&
-                  !decode(file, layer, part, &b, NULL) && same(&a, &b),
+                  !decode(file, layer, part, &b, NULL) && map_same(&a, &b),
               "%s is not %s: %s", file, plain, kept.text[0]);
 }
 
@@ -201,7 +193,8 @@ TEST(every_compression)
             /* Floats without loss: what went in, not only what another reader
              * says. */
             if (!p && type == 1 && c < 5)
-                CHECK_MSG(same(&back, &source), "%s: not what was saved", name);
+                CHECK_MSG(map_same(&back, &source), "%s: not what was saved",
+                          name);
             file_load(file_path(name), &size);
             if (p == 1 && c / 2 == 1)
                 CHECK(size < (size_t)(301 * 33 * 3 * (type ? 2 : 1)));
@@ -266,7 +259,7 @@ TEST(as_openimageio)
     convert("down* random* mixed* extra* tile_mip.exr ?.exr y_* *.hdr");
     for (int i = 0; i < (test_shared_data(names[16]) ? 18 : 16); i++) {
         const ibl_image back = compare(names[i]);
-        CHECK_MSG(i > 2 || same(&back, &source), "%s", names[i]);
+        CHECK_MSG(i > 2 || map_same(&back, &source), "%s", names[i]);
     }
 }
 
