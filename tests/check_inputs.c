@@ -460,18 +460,13 @@ TEST(names_of_faces)
 TEST(dark_maps)
 {
     begin(NULL);
-    ibl_image map = map_constant(ctx, 16, 8, 0);
-    NEED(file_save_exr(file_path("black.exr"), &map, NULL));
-    read_as("black.exr", NULL);
-    CHECK(warned("black everywhere"));
     for (int loud = 0; loud < 2; loud++) {
-        for (size_t i = 0; i < map_floats(&map); i++)
-            map.data[i] = 1;
+        ibl_image map = map_constant(ctx, 16, 8, 1);
         map.data[7] = loud ? -.1f : -.01f; /* of 384 */
         NEED(file_save_exr(file_path("negative.exr"), &map, NULL));
-        const ibl_image got = read_as("negative.exr", NULL);
-        CHECK_MSG(warned("negative") == loud, "%s", kept.text[IBL_LOG_WARNING]);
-        CHECK(got.data[7] == 0);
+        map = read_as("negative.exr", NULL);
+        CHECK_MSG(warned("negative") == loud && map.data[7] == 0, "%s",
+                  kept.text[IBL_LOG_WARNING]);
     }
 }
 
