@@ -212,12 +212,13 @@ static void every_way(const char *name)
 
 /* Blocks of one, 16 and 32 scan lines, tiles, windows that begin and end within
  * blocks, scanlines that are columns, and what goes through the bridge; what is
- * in them is the matter of check_exr and check_hdr. The first six are those
+ * in them is the matter of check_exr and check_hdr. The first seven are those
  * that need no other program's threads. */
 static const made corpus[] = {
     {"flat.hdr", NULL},
     {"coded.hdr", ""},
     {"columns.hdr", NULL},
+    {"tall.hdr", "--rotate90"},
     {"zips.exr", "-d float --compression zips"},
     {"zip.exr", "--ch R,G,B,A=G --compression zip --tile 32 16"},
     {"none.exr", "--compression none"},
@@ -238,7 +239,7 @@ static const made corpus[] = {
 
 enum {
     FILES = sizeof corpus / sizeof *corpus,
-    OURS = 6 /* of them */
+    OURS = 7 /* of them */
 };
 
 static void make_corpus(void)
@@ -513,7 +514,7 @@ static void cancel(void *cookie, const char *stage, double done, double whole)
  * read. */
 TEST(damage_while_read)
 {
-    static const int victims[] = {0, 1, 4, 5};
+    static const int victims[] = {0, 1, 5, 6};
     static float rgb[3 * W * H];
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     ibl_image img;
