@@ -151,7 +151,7 @@ ISA =
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/exr.o tests/check_exr.o tests/check_exr_damage.o tests/check_source.o tests/check_bc6h.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
@@ -305,7 +305,7 @@ $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
-                       tests/exr.c tests/kern.c tests/float_exr.c)
+                       tests/kern.c tests/float_exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
@@ -329,13 +329,11 @@ $(BUILD)/tests/check_scene: $(call obj,$(wildcard src/scene/*.c) \
 $(BUILD)/tests/check_words: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_words: $(call obj,src/common/signals.c)
 
-# Gives OpenEXRCore its memory.
-$(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.
 $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=rename \
     -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir -Wl,--wrap=close
 # Reads that come short or fail.
-$(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
+$(BUILD)/tests/check_read: TEST_LIBS = -Wl,--wrap=pread
 
 # Counts what our own code asks the C library for.
 $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \

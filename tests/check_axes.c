@@ -38,26 +38,23 @@ TEST(directions)
         ibl_axes_turn(axes_of(i % AXES), 0, d, got);
         CHECK(!memcmp(got, want, sizeof got));
         ibl_axes_turn(axes_of(i % AXES), 1, got, got);
-        CHECK(got[0] == d[0] && got[1] == d[1] && got[2] == d[2]);
+        CHECK(!memcmp(got, d, sizeof got));
     }
 }
 
 /* ---- cubes ------------------------------------------------------------ */
 
-/* The texel whose centre is nearest to d. */
+/* The texel that has a centre. */
 static const float *texel_at(const ibl_cube *cube, int level, const double d[3])
 {
     const int n = ibl_cube_edge(cube->size, level);
-    double best = -2;
-    int at = 0;
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         double e[3];
         ibl_cube_direction(n, i / (n * n), i % n, i / n % n, e);
-        if (test_dot(d, e) > best)
-            best = test_dot(d, e), at = i;
+        if (test_dot(d, e) > 1 - 1e-14)
+            return ibl_cube_face(cube, level, 0) + 3 * (ptrdiff_t)i;
     }
-    CHECK_NEAR(best, 1, 1e-14);
-    return ibl_cube_face(cube, level, 0) + 3 * (ptrdiff_t)at;
+    test_leave();
 }
 
 static ibl_cube random_cube(ibl_ctx *ctx, int size, int levels)
@@ -98,16 +95,6 @@ TEST(cubes_by_direction)
 
 /* ---- harmonics -------------------------------------------------------- */
 
-static double *random_harmonics(int degree)
-{
-    const size_t count = 3 * (size_t)(degree + 1) * (size_t)(degree + 1);
-    double *c = test_alloc(count, sizeof *c);
-    test_random r = {3};
-    for (size_t i = 0; i < count; i++)
-        c[i] = test_random_between(&r, -1, 1);
-    return c;
-}
-
 /* The function of the third channel. */
 static double value_of(const double *c, int degree, const double d[3])
 {
@@ -121,24 +108,23 @@ static double value_of(const double *c, int degree, const double d[3])
 static void check_turned(int degree, int i, double tolerance)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const size_t bytes =
-        3 * (size_t)(degree + 1) * (size_t)(degree + 1) * sizeof(double);
-    double *c = random_harmonics(degree), *to = test_alloc(1, bytes);
+    const size_t count = 3 * (size_t)(degree + 1) * (size_t)(degree + 1);
+    double *c = test_alloc(count, sizeof *c);
+    double *to = test_alloc(count, sizeof *to);
     test_random r = {5};
 
-    memcpy(to, c, bytes);
+    for (size_t k = 0; k < count; k++)
+        to[k] = c[k] = test_random_between(&r, -1, 1);
     NEED(!ibl_sh_turn_axes(ctx, degree, axes_of(i), 0, to));
-    for (int k = 0; k < 9; k++) {
+    for (int k = 0; k < 5; k++) {
         double d[3], e[3];
         random_direction(&r, d);
         turned(i, d, e);
         CHECK_NEAR(value_of(to, degree, e), value_of(c, degree, d), tolerance);
     }
     NEED(!ibl_sh_turn_axes(ctx, degree, axes_of(i), 1, to));
-    double worst = 0;
-    for (size_t k = 0; k < bytes / sizeof *to; k++)
-        worst = fmax(worst, fabs(to[k] - c[k]));
-    CHECK_NEAR(worst, 0, tolerance);
+    for (size_t k = 0; k < count; k++)
+        CHECK_NEAR(to[k], c[k], tolerance);
 }
 
 TEST(harmonics)
@@ -157,13 +143,13 @@ TEST(refused)
     double sh[3] = {0};
     const ibl_axes bad = {.mirror = (ibl_mirror)9};
     const ibl_axes down = {.up = (ibl_up)-1};
+
     CHECK(ibl_cube_turn_axes(ctx, &cube, bad, 0, &out) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&said, "mirror 9"));
     CHECK(ibl_sh_turn_axes(ctx, 0, down, 0, sh) == IBL_ERR_ARGUMENT);
     CHECK(test_said(&said, "up -1"));
-    for (int degree = -1; degree < IBL_MAX_SH_DEGREE + 2;
-         degree += IBL_MAX_SH_DEGREE + 2)
-        CHECK(ibl_sh_turn_axes(ctx, degree, axes_of(0), 0, sh) ==
-              IBL_ERR_ARGUMENT);
+    CHECK(ibl_sh_turn_axes(ctx, -1, axes_of(0), 0, sh) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_sh_turn_axes(ctx, IBL_MAX_SH_DEGREE + 1, axes_of(0), 0, sh) ==
+          IBL_ERR_ARGUMENT);
     CHECK(!out.data);
 }

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "core/half.h"
-#include "exr.h"
 #include "files.h"
 #include "kern.h"
 #include "kern/bc6h.h"
@@ -101,16 +100,25 @@ static void compare(const unsigned char *blocks, const ibl_image *img,
 
 TEST(decoded_as_by_others)
 {
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_read_options opts = ibl_read_options_default();
     test_random r = {6};
+    ibl_rows *rows;
+    size_t size;
+
     file_need_oiio();
+    opts.any_aspect = 1;
     for (int is_signed = 0; is_signed < 2; is_signed++) {
         ibl_image img = {0};
         unsigned char *blocks = make_blocks(&r);
         NEED(save_dds("b.dds", blocks, is_signed ? 96 : 95));
         NEED(file_run("oiiotool b.dds --ch R,G,B -d half --compression none -o "
                       "b.exr"));
-        test_exr_begin(1, 1, 1);
-        NEED(!test_exr_decode("b.exr", NULL, -1, &img, NULL));
+        const void *bytes = file_load(file_path("b.exr"), &size);
+        ibl_input in = ibl_input_of(ctx, "b.exr", bytes, size);
+        NEED(!ibl_rows_open(&in, &opts, &rows) && !file_read_rows(rows, &img));
+        test_image(img);
+        ibl_rows_close(rows);
         NEED(img.width == 4 * BLOCKS_X && img.height == 4 * BLOCKS_Y);
         compare(blocks, &img,
                 is_signed ? ibl_bc6h_decode_signed_block

@@ -13,7 +13,8 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/colour_space.h"
-#include "test.h"
+#include "maps.h"
+#include "truth.h"
 
 static test_messages kept;
 
@@ -28,22 +29,39 @@ static const double rec2020_line[8] = {.708, .292, .17,   .797,
 static const double acescg_line[8] = {.713, .293, .165,   .83,
                                       .128, .044, .32168, .33767};
 
-/* A flat .hdr of width x width / 2 pixels of random colours, or of one. */
-static size_t make_hdr(unsigned char *bytes, int width, const char *lines,
-                       const unsigned char *pixel)
+enum {
+    W = 32,
+    H = 16
+};
+
+static ibl_read_report report; /* of the last file */
+
+/* Reads a flat .hdr of random colours, or of one. */
+static ibl_image read_hdr(const char *lines, const unsigned char *pixel,
+                          const ibl_read_options *o)
 {
+    static unsigned char bytes[8192];
     test_random r = {7};
+    ibl_image img = {0};
     size_t n = (size_t)sprintf((char *)bytes,
                                "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n%s\n-Y %d "
                                "+X %d\n",
-                               lines, width / 2, width);
-    for (int i = 0; i < width * width / 2; i++, n += 4)
-        for (int c = 0; c < 4; c++)
-            bytes[n + (size_t)c] =
-                (unsigned char)(pixel    ? pixel[c]
-                                : c == 3 ? 126 + i % 5
+                               lines, H, W);
+
+    for (int i = 0; i < 4 * W * H; i++)
+        bytes[n++] =
+            (unsigned char)(pixel        ? pixel[i % 4]
+                            : i % 4 == 3 ? 126 + i / 4 % 5
                                          : 128 + test_random_below(&r, 64));
-    return n;
+    memset(&kept, 0, sizeof kept);
+    NEED(!ibl_image_decode(test_keeping_ctx(3, &kept), "m.hdr", bytes, n, o,
+                           &img, &report));
+    return test_image(img);
+}
+
+static bool warned(const char *words)
+{
+    return strstr(kept.text[IBL_LOG_WARNING], words);
 }
 
 static const char *primaries_line(const double xy[8])
@@ -52,51 +70,32 @@ static const char *primaries_line(const double xy[8])
                      xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7]);
 }
 
-static ibl_image read_hdr(ibl_ctx *ctx, const void *bytes, size_t size,
-                          const ibl_read_options *o, ibl_read_report *report)
+static void check_matrix(const double xy[8], const double m[9],
+                         const char *name, double bound)
 {
-    ibl_image img = {0};
-    memset(&kept, 0, sizeof kept);
-    NEED(!ibl_image_decode(ctx, "m.hdr", bytes, size, o, &img, report));
-    return test_image(img);
-}
-
-static void check_matrix(const double xy[8], ibl_primaries to,
-                         const double m[9], const char *name, double bound)
-{
-    static unsigned char bytes[8192];
-    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     ibl_read_options o = ibl_read_options_default();
-    ibl_read_report report;
-    const size_t size = make_hdr(bytes, 32, primaries_line(xy), NULL);
-    const ibl_image was = read_hdr(ctx, bytes, size, &o, &report);
+    const ibl_image was = read_hdr(primaries_line(xy), NULL, &o);
 
     CHECK(report.has_primaries && !strcmp(report.primaries_name, name));
-    CHECK(strstr(kept.text[IBL_LOG_WARNING], name));
-    o.primaries = to;
-    const ibl_image is = read_hdr(ctx, bytes, size, &o, &report);
+    CHECK(warned(name));
+    o.primaries = IBL_PRIMARIES_REC709;
+    const ibl_image is = read_hdr(primaries_line(xy), NULL, &o);
     CHECK(!*kept.text[IBL_LOG_WARNING] && !report.outside);
-    for (int i = 0; i < 32 * 16; i++) {
-        const float *p = was.data + 3 * i;
-        for (int c = 0; c < 3; c++)
-            CHECK_NEAR((double)is.data[3 * i + c],
-                       m[3 * c] * (double)p[0] + m[3 * c + 1] * (double)p[1] +
-                           m[3 * c + 2] * (double)p[2],
-                       bound * (double)p[0]);
+    for (int i = 0; i < 3 * W * H; i++) {
+        const float *p = was.data + i / 3 * 3;
+        const double *row = m + 3 * (i % 3);
+        CHECK_NEAR((double)is.data[i],
+                   row[0] * (double)p[0] + row[1] * (double)p[1] +
+                       row[2] * (double)p[2],
+                   bound * (double)p[0]);
     }
 }
 
-TEST(rec2020_is_converted)
+/* With Bradford's adaptation from the white of ACES to D65. */
+TEST(as_published)
 {
-    check_matrix(rec2020_line, IBL_PRIMARIES_REC709, rec709_of_2020, "Rec.2020",
-                 3e-6);
-}
-
-/* Bradford's adaptation from the white of ACES to D65. */
-TEST(acescg_is_converted)
-{
-    check_matrix(acescg_line, IBL_PRIMARIES_REC709, rec709_of_acescg, "ACEScg",
-                 3e-5);
+    check_matrix(rec2020_line, rec709_of_2020, "Rec.2020", 3e-6);
+    check_matrix(acescg_line, rec709_of_acescg, "ACEScg", 3e-5);
 }
 
 /* White stays white and two ways are one, whatever the white points. */
@@ -123,151 +122,104 @@ TEST(white_stays_white)
  * luminance, 0.2627, and its least component becomes 0. */
 TEST(colours_outside_keep_their_luminance)
 {
-    static unsigned char bytes[4096];
     const unsigned char red[4] = {128, 0, 0, 129};
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_read_options o = {.part = -1, .primaries = IBL_PRIMARIES_REC709};
-    ibl_read_report report;
-    const ibl_image img = read_hdr(
-        ctx, bytes, make_hdr(bytes, 16, primaries_line(rec2020_line), red), &o,
-        &report);
-    const double unit =
-        (double)img.data[0] /
-        (.2627002 + .2627002 / (.2627002 + .1245505) * (1.6604910 - .2627002));
+    const ibl_read_options o = {.part = -1, .primaries = IBL_PRIMARIES_REC709};
+    const ibl_image img = read_hdr(primaries_line(rec2020_line), red, &o);
+    const double y = .2627002, grey = y + .1245505;
+    const double unit = (double)img.data[0] / (y + y / grey * (1.6604910 - y));
+
     CHECK_NEAR(unit, 1, 0.01); /* RGBE decodes 128 / 256 or 128.5 / 256 */
     CHECK_NEAR((double)img.data[1], 0, 1e-6);
-    CHECK_NEAR((double)img.data[2] / unit,
-               .2627002 +
-                   .2627002 / (.2627002 + .1245505) * (-.0181508 - .2627002),
+    CHECK_NEAR((double)img.data[2] / unit, y + y / grey * (-.0181508 - y),
                2e-6);
-    CHECK(report.outside == 128);
-    CHECK(strstr(kept.text[IBL_LOG_WARNING],
-                 "128 pixels were outside the gamut "
-                 "of rec709"));
-    CHECK(report.negative == 0);
+    CHECK(report.outside == W * H && report.negative == 0);
+    CHECK(warned("512 pixels were outside the gamut of rec709"));
 }
 
+/* Also where primaries are no triangle. */
 TEST(rec709_is_left_alone)
 {
-    static unsigned char bytes[4096];
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
+    static const double lines[2][8] = {
+        {.64, .33, .3, .6, .15, .06, .3127, .329},
+        {.3, .3, .3, .3, .3, .3, .3, .3}};
     ibl_read_options o = ibl_read_options_default();
-    ibl_read_report report;
-    const double line[8] = {.64, .33, .3, .6, .15, .06, .3127, .329};
-    size_t size = make_hdr(bytes, 16, "", NULL);
-    const ibl_image plain = read_hdr(ctx, bytes, size, &o, &report);
+    const ibl_image plain = read_hdr("", NULL, &o);
 
     CHECK(!report.has_primaries && !strcmp(report.primaries_name, "Rec.709"));
     CHECK_NEAR(report.luma[1], 0.7152, 1e-4);
-    size = make_hdr(bytes, 16, primaries_line(line), NULL);
-    for (int to = 0; to < 2; to++) {
-        o.primaries = to ? IBL_PRIMARIES_REC709 : IBL_PRIMARIES_KEEP;
-        const ibl_image img = read_hdr(ctx, bytes, size, &o, &report);
-        CHECK(report.has_primaries && !*kept.text[IBL_LOG_WARNING]);
-        CHECK(!memcmp(img.data, plain.data, 3 * sizeof(float) * 16 * 8));
+    for (int i = 0; i < 4; i++) {
+        o.primaries = i % 2 ? IBL_PRIMARIES_REC709 : IBL_PRIMARIES_KEEP;
+        const ibl_image img = read_hdr(primaries_line(lines[i / 2]), NULL, &o);
+        CHECK(report.has_primaries == (i < 2) && !*kept.text[IBL_LOG_WARNING] &&
+              !strcmp(report.primaries_name, "Rec.709"));
+        CHECK(!memcmp(img.data, plain.data, 3 * sizeof(float) * W * H));
     }
-}
-
-TEST(primaries_of_no_triangle)
-{
-    static unsigned char bytes[4096];
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_read_options o = ibl_read_options_default();
-    ibl_read_report report;
-    const size_t size =
-        make_hdr(bytes, 16, "PRIMARIES= .3 .3 .3 .3 .3 .3 .3 .3\n", NULL);
-
-    read_hdr(ctx, bytes, size, &o, &report);
-    CHECK(!report.has_primaries && !strcmp(report.primaries_name, "Rec.709"));
 }
 
 /* A power of two leaves every bit of a fraction. */
 TEST(exposure_is_exact)
 {
-    static unsigned char bytes[4096];
-    ibl_ctx *ctx = test_keeping_ctx(3, &kept);
+    const ibl_read_options wrong[] = {{.part = -1, .exposure = 65},
+                                      {.part = -1, .clamp = -1}};
     ibl_read_options o = ibl_read_options_default();
-    ibl_read_report report;
-    const size_t size = make_hdr(bytes, 16, "", NULL);
-    const ibl_image was = read_hdr(ctx, bytes, size, &o, &report);
+    const ibl_image was = read_hdr("", NULL, &o);
+    ibl_image img;
 
     o.exposure = -3;
-    const ibl_image is = read_hdr(ctx, bytes, size, &o, &report);
-    for (int i = 0; i < 3 * 16 * 8; i++)
+    const ibl_image is = read_hdr("", NULL, &o);
+    for (int i = 0; i < 3 * W * H; i++)
         CHECK(is.data[i] * 8 == was.data[i]);
     o.exposure = 0.5;
-    const ibl_image half = read_hdr(ctx, bytes, size, &o, &report);
+    const ibl_image half = read_hdr("", NULL, &o);
     CHECK_NEAR((double)half.data[5], sqrt(2) * (double)was.data[5], 1e-6);
-    o.exposure = 65;
-    ibl_image img;
-    CHECK(ibl_image_decode(ctx, "m", bytes, size, &o, &img, NULL) ==
-          IBL_ERR_ARGUMENT);
-    o = (ibl_read_options){.part = -1, .clamp = -1};
-    CHECK(ibl_image_decode(ctx, "m", bytes, size, &o, &img, NULL) ==
-          IBL_ERR_ARGUMENT);
+    for (int i = 0; i < 2; i++)
+        CHECK(ibl_image_decode(test_keeping_ctx(1, &kept), "m", "#?", 2,
+                               &wrong[i], &img, NULL) == IBL_ERR_ARGUMENT);
 }
 
 /* A grey map with a lamp of a row's 3 pixels, whose light is known. */
-static ibl_image lamp_map(ibl_ctx *ctx, const float lamp[3], int row, int x)
-{
-    ibl_image img;
-    NEED(!ibl_image_alloc(ctx, 64, 32, &img));
-    test_image(img);
-    for (int i = 0; i < 3 * 64 * 32; i++)
-        img.data[i] = 0.25f;
-    for (int k = 0; k < 3; k++)
-        memcpy(img.data + 3 * (64 * row + (x + k) % 64), lamp,
-               3 * sizeof *lamp);
-    return img;
-}
-
-static double solid_angle(int row)
-{
-    return 2 * M_PI / 64 * (cos(M_PI * row / 32) - cos(M_PI * (row + 1) / 32));
-}
-
 TEST(clamp_keeps_hue_and_tells_what_it_took)
 {
-    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     const float lamp[3] = {100, 50, 25};
-    const ibl_image img = lamp_map(ctx, lamp, 9, 63);
-    ibl_read_options o = {.part = -1, .clamp = 20, .exposure = 1};
-    ibl_read_report report;
+    const ibl_read_options o = {.part = -1, .clamp = 20, .exposure = 1};
+    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
+    const ibl_image img = map_constant(ctx, 64, 32, 0.25f);
     ibl_image is;
 
+    for (int k = 0; k < 3; k++)
+        map_set(&img, (63 + k) % 64, 9, lamp[0], lamp[1], lamp[2]);
     NEED(file_save_exr(file_path("lamp.exr"), &img, NULL));
     memset(&kept, 0, sizeof kept);
     NEED(!ibl_image_read(ctx, file_path("lamp.exr"), &o, &is, &report));
     test_image(is);
-    const float *p = is.data + 3 * (64 * 9);
+    const float *p = map_pixel(&is, 0, 9);
     CHECK(p[0] == 20 && p[1] == 10 && p[2] == 5 && is.data[0] == 0.5f);
     CHECK(report.clamped == 3 && report.peak == 100);
     const double y = .2126390 * 100 + .7151687 * 50 + .0721923 * 25;
-    const double lamps = 3 * solid_angle(9);
+    const double lamps = 3 * truth_latlong_solid_angle(64, 32, 9);
     const double all = lamps * y * 2 + (4 * M_PI - lamps) * .5;
     CHECK_NEAR(report.clamp_removed, lamps * y * 2 * .9 / all, 1e-6);
-    CHECK(strstr(kept.text[IBL_LOG_WARNING], "3 pixels were above 20"));
+    CHECK(warned("3 pixels were above 20"));
 }
 
 TEST(hash_of_the_file)
 {
-    static unsigned char bytes[600000];
+    const ibl_read_options hashed = {.part = -1, .hash = 1};
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    const ibl_read_options o = {.part = -1, .hash = 1};
-    const size_t size = make_hdr(bytes, 512, "", NULL);
+    const ibl_image img = map_constant(ctx, 512, 256, 0.25f);
+    size_t size;
+
+    NEED(file_save_exr(file_path("a.exr"), &img, NULL));
+    const unsigned char *bytes = file_load(file_path("a.exr"), &size);
     const XXH128_hash_t h = XXH3_128bits(bytes, size);
     const char *want = test_text("%016llx%016llx", (unsigned long long)h.high64,
                                  (unsigned long long)h.low64);
-    ibl_read_report report;
-
-    read_hdr(ctx, bytes, size, &o, &report);
-    CHECK(!strcmp(report.hash, want));
-    NEED(file_save(file_path("a.hdr"), bytes, size));
-    ibl_image img;
-    NEED(!ibl_image_read(ctx, file_path("a.hdr"), &o, &img, &report));
-    ibl_image_free(&img);
-    CHECK(!strcmp(report.hash, want));
-    NEED(!ibl_image_read(ctx, file_path("a.hdr"), NULL, &img, &report));
-    ibl_image_free(&img);
-    CHECK(!*report.hash);
+    for (int i = 0; i < 3; i++) {
+        const ibl_read_options *o = i < 2 ? &hashed : NULL;
+        ibl_image got;
+        NEED(!(i ? ibl_image_read(ctx, file_path("a.exr"), o, &got, &report)
+                 : ibl_image_decode(ctx, "m", bytes, size, o, &got, &report)));
+        test_image(got);
+        CHECK(!strcmp(report.hash, o ? want : ""));
+    }
 }

@@ -1,23 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The Radiance reader against an encoder of every variant written here, and
- * against OpenImageIO where it reads the variant.
+ * The Radiance reader against an encoder of every variant written here;
+ * check_exr compares it with OpenImageIO.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "exr.h"
 #include "files.h"
-#include "io/rows.h"
 #include "test.h"
+
+#define R "#?RADIANCE\n"
+#define FORMAT "FORMAT=32-bit_rle_rgbe\n"
+#define PIXEL "\n-Y 1 +X 1\n"
+#define HEADER R FORMAT "\n"
 
 /* ---- the encoder ---------------------------------------------------- */
 
 typedef struct file {
-    unsigned char *data;
-    size_t size, room;
+    char *data;
+    size_t size;
 } file;
 
 typedef enum coding {
@@ -38,33 +41,10 @@ static int below(int n)
     return test_random_below(&rng, n);
 }
 
-static void put(file *f, const void *bytes, size_t size)
+static void put_new(FILE *f, const unsigned char *px, int n)
 {
-    if (f->size + size > f->room) {
-        const unsigned char *before = f->data;
-        f->room = 2 * (f->size + size);
-        f->data = test_alloc(1, f->room);
-        if (before)
-            memcpy(f->data, before, f->size);
-    }
-    memcpy(f->data + f->size, bytes, size);
-    f->size += size;
-}
-
-static void put_text(file *f, const char *text)
-{
-    put(f, text, strlen(text));
-}
-
-static void put_byte(file *f, int byte)
-{
-    put(f, &(unsigned char){(unsigned char)byte}, 1);
-}
-
-static void put_new(file *f, const unsigned char *px, int n)
-{
-    put(f, (unsigned char[]){2, 2, (unsigned char)(n >> 8), (unsigned char)n},
-        4);
+    fwrite((unsigned char[]){2, 2, (unsigned char)(n >> 8), (unsigned char)n},
+           1, 4, f);
     for (int c = 0; c < 4; c++) {
         for (int i = 0; i < n;) {
             int run = 1, raw = 0;
@@ -72,8 +52,8 @@ static void put_new(file *f, const unsigned char *px, int n)
                    px[4 * (i + run) + c] == px[4 * i + c])
                 run++;
             if (run > 2) {
-                put_byte(f, 128 + run);
-                put_byte(f, px[4 * i + c]);
+                fputc(128 + run, f);
+                fputc(px[4 * i + c], f);
                 i += run;
                 continue;
             }
@@ -83,33 +63,29 @@ static void put_new(file *f, const unsigned char *px, int n)
                      px[4 * (i + raw) + c] == px[4 * (i + raw + 2) + c]))
                 raw++;
             raw += !raw;
-            put_byte(f, raw);
+            fputc(raw, f);
             for (; raw; raw--, i++)
-                put_byte(f, px[4 * i + c]);
+                fputc(px[4 * i + c], f);
         }
     }
 }
 
-static void put_row(file *f, coding kind, const unsigned char *px, int n)
-{
-    if (kind == MIXED)
-        kind = (coding)below(MIXED);
-    if (kind == NEW && n >= 8 && n <= 32767)
-        put_new(f, px, n);
-    else
-        put(f, px, 4 * (size_t)n);
-}
-
-/* The scanlines of a w x h picture, top row first in px. */
-static void put_pixels(file *f, coding kind, const char *orientation,
-                       const unsigned char *px, int w, int h)
+/* A w x h picture, top row first in px. */
+static file encode(coding kind, const char *orientation,
+                   const unsigned char *px, int w, int h)
 {
     const bool by_column = orientation[1] == 'X';
     const bool y_up = strstr(orientation, "+Y") != NULL;
     const bool x_down = strstr(orientation, "-X") != NULL;
     const int rows = by_column ? w : h, length = by_column ? h : w;
-    unsigned char *row = test_alloc(4, (size_t)length);
+    unsigned char *row = malloc(4 * (size_t)length);
+    file made = {0};
+    FILE *f = open_memstream(&made.data, &made.size);
 
+    NEED(f && row);
+    /* the formats are the eight above */
+    fprintf(f, HEADER "%.2s %d %.2s %d\n", orientation, rows, orientation + 6,
+            length);
     for (int k = 0; k < rows; k++) {
         for (int j = 0; j < length; j++) {
             int x = by_column ? k : j, y = by_column ? j : k;
@@ -117,23 +93,16 @@ static void put_pixels(file *f, coding kind, const char *orientation,
             y = y_up ? h - 1 - y : y;
             memcpy(row + 4 * j, px + 4 * (y * w + x), 4);
         }
-        put_row(f, kind, row, length);
+        const coding as = kind == MIXED ? (coding)below(MIXED) : kind;
+        if (as == NEW && length >= 8 && length <= 32767)
+            put_new(f, row, length);
+        else
+            fwrite(row, 4, (size_t)length, f);
     }
-}
-
-static file encode(const char *header, coding kind, const char *orientation,
-                   const unsigned char *px, int w, int h)
-{
-    const bool by_column = orientation[1] == 'X';
-    char line[64];
-    file f = {0};
-    put_text(&f, header);
-    /* the formats are the eight above */
-    snprintf(line, sizeof line, "%.2s %d %.2s %d\n", orientation,
-             by_column ? w : h, orientation + 6, by_column ? h : w);
-    put_text(&f, line);
-    put_pixels(&f, kind, orientation, px, w, h);
-    return f;
+    fclose(f);
+    free(row);
+    test_defer(free, made.data);
+    return made;
 }
 
 /* Normalised pixels as an encoder writes them, with repeats and blacks. */
@@ -160,11 +129,6 @@ static unsigned char *picture(int w, int h)
 
 /* ---- the decoder ---------------------------------------------------- */
 
-#define R "#?RADIANCE\n"
-#define FORMAT "FORMAT=32-bit_rle_rgbe\n"
-#define PIXEL "\n-Y 1 +X 1\n"
-#define HEADER R FORMAT "\n"
-
 static test_messages kept;
 
 /* Decodes a copy of exactly size bytes, so that a read beyond is seen. */
@@ -172,53 +136,40 @@ static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
                          ibl_image *img)
 {
     unsigned char *copy = malloc(size ? size : 1);
-    ibl_input in;
     ibl_read_options opts = ibl_read_options_default();
-    ibl_rows *rows = NULL;
+
     memcpy(copy, bytes, size);
-    in = ibl_input_of(ctx, "test.hdr", copy, size);
     memset(&kept, 0, sizeof kept);
     *img = (ibl_image){0};
     opts.any_aspect = 1;
-    ibl_status status = ibl_rows_open(&in, &opts, &rows);
-    if (!status)
-        status = file_read_rows(rows, img);
-    ibl_rows_close(rows);
+    const ibl_status status =
+        ibl_image_decode(ctx, "test.hdr", copy, size, &opts, img, NULL);
     free(copy);
     return status;
 }
 
-static float value(const unsigned char *px, int c)
-{
-    return px[3] ? (float)ldexp(px[c], px[3] - 136) : 0.0f;
-}
-
-static int count_wrong(const ibl_image *img, const unsigned char *px)
-{
-    int wrong = 0;
-    for (int i = 0; i < img->width * img->height; i++) {
-        for (int c = 0; c < 3; c++)
-            wrong += img->data[3 * i + c] != value(px + 4 * i, c);
-    }
-    return wrong;
-}
-
-static void check_file(ibl_ctx *ctx, const file *f, const unsigned char *px,
-                       int w, int h, const char *what)
+static void check_file(ibl_ctx *ctx, const file *f, size_t more,
+                       const unsigned char *px, int w, int h, const char *what)
 {
     ibl_image img;
-    const ibl_status status = decode(ctx, f->data, f->size, &img);
+    const ibl_status status = decode(ctx, f->data, f->size + more, &img);
+    int wrong = 0;
+
     CHECK_MSG(!status, "%s: %s", what, kept.text[IBL_LOG_ERROR]);
     if (status)
         return;
     CHECK_MSG(img.width == w && img.height == h, "%s: %dx%d", what, img.width,
               img.height);
-    const int wrong = count_wrong(&img, px);
+    for (int i = 0; i < 3 * w * h; i++) {
+        const unsigned char *p = px + i / 3 * 4;
+        wrong +=
+            img.data[i] != (p[3] ? (float)ldexp(p[i % 3], p[3] - 136) : 0.0f);
+    }
     CHECK_MSG(!wrong, "%s, %dx%d: %d components wrong", what, w, h, wrong);
     ibl_image_free(&img);
 }
 
-/* Also with bytes after the last pixel. */
+/* One also with a byte after the last pixel. */
 TEST(every_variant)
 {
     static const int sizes[][2] = {
@@ -247,13 +198,11 @@ TEST(every_variant)
                                                                : 1) {
             const coding kind = (coding)(i % CODINGS);
             const char *orientation = orientations[w > 300 ? 0 : i / CODINGS];
-            file f = encode(HEADER, kind, orientation, px, w, h);
+            const file f = encode(kind, orientation, px, w, h);
             if (w > 300 && i >= CODINGS)
                 break;
             for (int c = 0; c < n; c++)
-                check_file(ctxs[c], &f, px, w, h, orientation);
-            put_text(&f, "and more");
-            check_file(ctxs[0], &f, px, w, h, "and more");
+                check_file(ctxs[c], &f, c == 0, px, w, h, orientation);
         }
     }
 }
@@ -263,89 +212,89 @@ TEST(every_variant)
 /* Decodes one flat pixel (128, 64, 32, 129) = (1, .5, .25) under a header. */
 static ibl_status one_pixel(ibl_ctx *ctx, const char *header, float rgb[3])
 {
-    file f = {0};
+    const char *text = test_text("%s\200\100\040\201", header);
     ibl_image img;
-    put_text(&f, header);
-    put(&f, (unsigned char[]){128, 64, 32, 129}, 4);
-    const ibl_status status = decode(ctx, f.data, f.size, &img);
-    if (status)
-        return status;
-    memcpy(rgb, img.data, 3 * sizeof *rgb);
+    const ibl_status status = decode(ctx, text, strlen(text), &img);
+
+    if (!status)
+        memcpy(rgb, img.data, 3 * sizeof *rgb);
     ibl_image_free(&img);
-    return IBL_OK;
+    return status;
 }
 
 TEST(headers)
 {
     static const struct {
-        const char *text;
-        float rgb[3];
-        const char *warning;
+        const char *text, *warning;
+        double factor[3]; /* 0: 1, 1, 1 */
     } cases[] = {
-        {R FORMAT PIXEL, {1, .5f, .25f}, ""},
-        {"#?RGBE\n" FORMAT PIXEL, {1, .5f, .25f}, ""},
+        {R FORMAT PIXEL, NULL, {0}},
+        {"#?RGBE\n" FORMAT PIXEL, NULL, {0}},
         {"#?AUTOPANO\r\nFORMAT=32-bit_rle_rgbe\r\n\r\n-Y 1 +X 1\r\n",
-         {1, .5f, .25f},
-         ""},
-        {R PIXEL, {1, .5f, .25f}, "no FORMAT"},
-        {R FORMAT "-Y 1 +X 1\n", {1, .5f, .25f}, ""},
-        {R "FORMAT = 32-bit_rle_rgbe \n\n+X   1\t+Y 1  \n", {1, .5f, .25f}, ""},
+         NULL,
+         {0}},
+        {R PIXEL, "no FORMAT", {0}},
+        {R FORMAT "-Y 1 +X 1\n", NULL, {0}},
+        {R "FORMAT = 32-bit_rle_rgbe \n\n+X   1\t+Y 1  \n", NULL, {0}},
         /* any order, comments, unknown variables, cumulative factors */
         {R "# EXPOSURE=9\nEXPOSURE=2\nVIEW= -vtv\nrpict -x "
            "1\nPIXASPECT=0.5\nCOLORCORR=.5 1 2\n" FORMAT
            "EXPOSURE= 4e0\nSOFTWARE=EXPOSURE=3\nCOLORCORR= 1 4 1.0e+0 "
            "\nPRIMARIES=0 0 0 0 0 0 0 0\n" PIXEL,
-         {1 / 4.0f, .5f / 32, .25f / 16},
-         ""},
+         NULL,
+         {1 / 4., 1 / 32., 1 / 16.}},
         /* the history of another picture is indented, and is not this one's */
         {R "\tEXPOSURE=2\n EXPOSURE=2\nEXPOSURE=0.5\n" FORMAT PIXEL,
-         {2, 1, .5f},
-         ""},
+         NULL,
+         {2, 2, 2}},
         {R "EXPOSURE=0\nEXPOSURE=2\n" FORMAT PIXEL,
-         {.5f, .25f, .125f},
-         "EXPOSURE of 0"},
+         "EXPOSURE of 0",
+         {.5, .5, .5}},
         {R "EXPOSURE=0e9999\nEXPOSURE=2\n" FORMAT PIXEL,
-         {.5f, .25f, .125f},
-         "EXPOSURE of 0"},
+         "EXPOSURE of 0",
+         {.5, .5, .5}},
         {R "EXPOSURE=0.000244140625000000000000000\n" FORMAT PIXEL,
-         {4096, 2048, 1024},
-         ""},
+         NULL,
+         {4096, 4096, 4096}},
         {R "EXPOSURE=12345678901234567890123e-20\n" FORMAT PIXEL,
-         {(float)(1 / 123.45678901234567890123),
-          (float)(1 / 123.45678901234567890123) / 2,
-          (float)(1 / 123.45678901234567890123) / 4},
-         ""},
+         NULL,
+         {1 / 123.45678901234567890123, 1 / 123.45678901234567890123,
+          1 / 123.45678901234567890123}},
     };
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const char *want = cases[i].warning, *got = kept.text[IBL_LOG_WARNING];
         float rgb[3] = {0};
         CHECK_MSG(!one_pixel(ctx, cases[i].text, rgb), "case %zu: %s", i,
                   kept.text[IBL_LOG_ERROR]);
-        CHECK_MSG(!memcmp(rgb, cases[i].rgb, sizeof rgb), "case %zu: %g %g %g",
-                  i, (double)rgb[0], (double)rgb[1], (double)rgb[2]);
-        CHECK_MSG(cases[i].warning[0] ? strstr(kept.text[IBL_LOG_WARNING],
-                                               cases[i].warning) != NULL
-                                      : !kept.text[IBL_LOG_WARNING][0],
-                  "case %zu warns \"%s\"", i, kept.text[IBL_LOG_WARNING]);
+        for (int c = 0; c < 3; c++) {
+            const double f = cases[i].factor[c];
+            CHECK_MSG(rgb[c] == (float)((f > 0 ? f : 1) / (1 << c)),
+                      "case %zu: %g", i, (double)rgb[c]);
+        }
+        CHECK_MSG(want ? strstr(got, want) != NULL : !*got,
+                  "case %zu warns \"%s\"", i, got);
     }
 }
 
-/* ---- damage --------------------------------------------------------- */
-
-static void check_refused(ibl_ctx *ctx, const void *bytes, size_t size,
-                          const char *needle)
+/* Of any length. */
+TEST(long_header)
 {
-    ibl_image img = {1, 1, NULL};
-    const ibl_status status = decode(ctx, bytes, size, &img);
-    const char *text = kept.text[IBL_LOG_ERROR];
+    enum {
+        MORE = 900000
+    };
+    char *text = test_alloc(MORE + 200, 1);
+    float rgb[3] = {0};
 
-    CHECK_MSG(status != IBL_OK, "taken: needs \"%s\"", needle);
-    CHECK_MSG(!strncmp(text, "test.hdr: ", 10) && strstr(text, needle) &&
-                  !strchr(text, '\n') && strlen(text) < 200,
-              "\"%s\" lacks \"%s\"", text, needle);
-    CHECK(!img.data);
-    ibl_image_free(&img);
+    memset(text, '\t', MORE);
+    memcpy(text, R FORMAT, sizeof R FORMAT - 1);
+    strcpy(text + MORE, "\n" PIXEL);
+    for (int i = 200; i < MORE; i += 100)
+        text[i - 1] = '\n';
+    CHECK(!one_pixel(test_keeping_ctx(1, &kept), text, rgb) && rgb[2] == .25f);
 }
+
+/* ---- damage --------------------------------------------------------- */
 
 TEST(damaged)
 {
@@ -356,32 +305,21 @@ TEST(damaged)
         size_t size;
         const char *needle;
     } cases[] = {
-        {B("#?"), "ends in its header"},
-        {B("#?RADIANCE"), "ends in its header"},
-        {B("#?RADIANCE\n"), "ends in its header"},
-        {B(V), "ends in its header"},
         {B(V "\n"), "ends in its header"},
         {B(V "\n-Y 2 +X 2"), "ends in its header"},
         {B(V "\n-Y 2 +X 2\n"), "cannot hold 2 scanlines"},
         {B(V "\n-Y 0 +X 2\nabcd"), "1 to 65536"},
-        {B(V "\n-Y 2 +X 0\nabcd"), "1 to 65536"},
         {B(V "\n-Y -2 +X 2\nabcd"), "1 to 65536"},
-        {B(V "\n-Y 2 +X -2\nabcd"), "1 to 65536"},
         {B(V "\n-Y 65537 +X 2\nabcd"), "1 to 65536"},
         {B(V "\n-Y 2 +X 999999999999999999999999999999\nabcd"), "must be like"},
-        {B(V "\n-Y 2 +X 1e400\nabcd"), "must be like"},
         {B(V "\n-Y 0e9999 +X 10\nabcd"), "must be like"},
-        {B(V "\n-Y 2.5 +X 2\nabcd"), "must be like"},
         {B(V "\n-Y 2\nabcd"), "must be like"},
         {B(V "\n-Y 2 -Y 2\nabcd"), "must be like"},
         {B(V "\n-Y 2 +X 2 +Z 2\nabcd"), "must be like"},
         {B(V "\n-Y 2 X 2\nabcd"), "must be like"},
-        {B(V "\n-Y two +X 2\nabcd"), "must be like"},
         {B(V "\nY 2 X 2\nabcdabcdabcdabcd"), "must be like"},
-        {B(V "\n\n\n-Y 2 +X 2\nabcdabcdabcdabcd"), "must be like"},
         {B(V "\n\1\2\3\377\n-Y 2 +X 2\nabcdabcdabcdabcd"), "\"????\""},
         {B(V "EXPOSURE=-0.5\n" PIXEL "abcd"), "EXPOSURE is \"-0.5\""},
-        {B(V "EXPOSURE=-1\n" PIXEL "abcd"), "EXPOSURE"},
         {B(V "EXPOSURE=\n" PIXEL "abcd"), "EXPOSURE"},
         {B(V "EXPOSURE=1e999\n" PIXEL "abcd"), "EXPOSURE"},
         {B(V "EXPOSURE=nan\n" PIXEL "abcd"), "EXPOSURE"},
@@ -410,72 +348,14 @@ TEST(damaged)
         {B(V "\n-Y 2 +X 65536\nabcdefghijkl"), "cannot hold 2 scanlines"},
     };
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        check_refused(ctx, cases[i].bytes, cases[i].size, cases[i].needle);
-}
-
-TEST(cut_everywhere)
-{
-    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    unsigned char *px = picture(19, 6);
-    for (int k = 0; k < CODINGS; k++) {
-        file f = encode(HEADER, (coding)k, orientations[k], px, 19, 6);
-        for (size_t n = 2; n < f.size; n += TEST_RACES       ? 17
-                                            : TEST_SANITIZED ? 3
-                                                             : 1)
-            check_refused(ctx, f.data, n, "cut short");
-    }
-}
-
-/*
- * OpenImageIO 2.4 reads flat and new run lengths, leaves scanlines as they
- * lie and EXPOSURE alone. It refuses XYZE, CR LF and a missing FORMAT, takes
- * old run lengths for pixels, and its 2^(e - 136) is one unit in the last
- * place low where e is 40, 223 or 226: far from any real picture.
- */
-TEST(as_openimageio)
-{
-    static const int sizes[][2] = {{33, 21},   {1, 3},    {7, 2},   {8, 9},
-                                   {127, 2},   {128, 2},  {129, 2}, {640, 200},
-                                   {32767, 2}, {32768, 2}};
-    enum {
-        FILES = sizeof sizes / sizeof *sizes
-    };
-    static const char *const real[] = {"quarry_01_1k.hdr",
-                                       "royal_esplanade_1k.hdr"};
-    const char *names[FILES + 2], *command = "oiiotool -d float";
-    int count = 0;
-
-    file_need_oiio();
-    for (; count < FILES; count++) {
-        const int *size = sizes[count];
-        unsigned char *px = picture(size[0], size[1]);
-        for (int k = 0; k < size[0] * size[1]; k++) {
-            const int e = px[4 * k + 3];
-            if (e == 40 || e == 223 || e == 226)
-                px[4 * k + 3]++;
-        }
-        file f = encode(HEADER, count % 4 ? NEW : FLAT, orientations[0], px,
-                        size[0], size[1]);
-        names[count] = file_path(test_text("%d.hdr", count));
-        NEED(file_save(names[count], f.data, f.size));
-    }
-    for (int i = 0; i < 2 && test_shared_data(real[i]); i++)
-        names[count++] = test_text("%s", test_shared_data(real[i]));
-    for (int i = 0; i < count; i++)
-        command = test_text("%s '%s%s' -o %d.exr", command,
-                            i < FILES ? "" : "'\"$OLDPWD\"'/", names[i], i);
-    NEED(file_run("%s", command));
-    test_exr_ctx = test_keeping_ctx(2, &kept);
-    for (int i = 0; i < count; i++) {
-        size_t size;
-        ibl_image ours, theirs;
-        const unsigned char *bytes = file_load(names[i], &size);
-        CHECK_MSG(!decode(test_exr_ctx, bytes, size, &ours), "%s: %s", names[i],
-                  kept.text[IBL_LOG_ERROR]);
-        NEED(ours.data);
-        test_image(ours);
-        NEED(!test_exr_decode(test_text("%d.exr", i), NULL, -1, &theirs, NULL));
-        CHECK_MSG(test_exr_same(&ours, &theirs), "%s differs", names[i]);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ibl_image img;
+        const char *text = kept.text[IBL_LOG_ERROR];
+        const ibl_status status =
+            decode(ctx, cases[i].bytes, cases[i].size, &img);
+        CHECK_MSG(status && !img.data && !strncmp(text, "test.hdr: ", 10) &&
+                      strstr(text, cases[i].needle) && !strchr(text, '\n') &&
+                      strlen(text) < 200,
+                  "\"%s\" lacks \"%s\"", text, cases[i].needle);
     }
 }

@@ -63,53 +63,52 @@ static void put_segment(file *f, int marker, const char *name,
 static const char xmp[] = "http://ns.adobe.com/xap/1.0/";
 static const char iso[] = "urn:iso:std:iso:ts:21496:-1";
 
-static const char *triple(const char *name, const double v[3])
-{
-    return test_text("<%s><rdf:Seq>\n<rdf:li>%.9g</rdf:li><rdf:li>%.9g</rdf:li>"
-                     "<rdf:li>%.9g</rdf:li></rdf:Seq></%s>",
-                     name, v[0], v[1], v[2], name);
-}
-
 /* Attributes for one channel, lists for three, as Android's guide has both. */
 static void put_android(file *f, const meaning *m, bool three)
 {
-    const char *text =
-        three ? test_text("<rdf:Description hdrgm:Version=\"1.0\" "
-                          "hdrgm:HDRCapacityMax=\"4\">%s%s%s%s%s",
-                          triple("hdrgm:GainMapMin", m->min),
-                          triple("hdrgm:GainMapMax", m->max),
-                          triple("hdrgm:Gamma", m->gamma),
-                          triple("hdrgm:OffsetSDR", m->base_offset),
-                          triple("hdrgm:OffsetHDR", m->offset))
-              : test_text("<rdf:Description hdrgm:Version=\"1.0\" "
-                          "hdrgm:GainMapMax=\"%.9g\" "
-                          "hdrgm:HDRCapacityMax=\"3.5\" "
-                          "hdrgm:BaseRenditionIsHDR=\"False\"/>",
-                          m->max[0]);
+    static const char *const names[] = {"GainMapMin", "GainMapMax", "Gamma",
+                                        "OffsetSDR", "OffsetHDR"};
+    const double *values[] = {m->min, m->max, m->gamma, m->base_offset,
+                              m->offset};
+    const char *text = test_text(
+        "<rdf:Description hdrgm:Version=\"1.0\" hdrgm:HDRCapacityMax=\"3.5\" "
+        "hdrgm:BaseRenditionIsHDR=\"False\" ");
+
+    if (!three)
+        text = test_text("%shdrgm:GainMapMax=\"%.9g\"/>", text, m->max[0]);
+    for (int i = 0; i < 5 && three; i++)
+        text = test_text("%s%s<hdrgm:%s><rdf:Seq>\n<rdf:li>%.9g</rdf:li>"
+                         "<rdf:li>%.9g</rdf:li><rdf:li>%.9g</rdf:li></rdf:Seq>"
+                         "</hdrgm:%s>",
+                         text, i ? "" : ">", names[i], values[i][0],
+                         values[i][1], values[i][2], names[i]);
     put_segment(f, 0xe1, xmp, text, strlen(text));
 }
 
-static void put_fraction(file *f, double x)
+/* Of a metadata's fractions one denominator, or each its own. */
+static void put_fractions(file *f, const double *all, int count, bool one)
 {
-    put_number(f, (uint32_t)(int32_t)lrint(x * 1024), 4);
-    put_number(f, 1024, 4);
+    for (int i = 0; i < count; i++) {
+        put_number(f, (uint32_t)(int32_t)lrint(all[i] * 1024), 4);
+        if (!one)
+            put_number(f, 1024, 4);
+    }
 }
 
-static void put_iso(file *f, const meaning *m, bool three)
+static void put_iso(file *f, const meaning *m, bool three, bool one)
 {
     file box = {.size = 0};
 
     put_number(&box, 0, 4);
-    put_number(&box, (three ? 128 : 0) | 64, 1);
-    put_fraction(&box, 0);
-    put_fraction(&box, m->max[0]);
-    for (int c = 0; c < (three ? 3 : 1); c++) {
-        put_fraction(&box, m->min[c]);
-        put_fraction(&box, m->max[c]);
-        put_fraction(&box, m->gamma[c]);
-        put_fraction(&box, m->base_offset[c]);
-        put_fraction(&box, m->offset[c]);
-    }
+    put_number(&box, (three ? 128 : 0) | 64 | (one ? 8 : 0), 1);
+    if (one)
+        put_number(&box, 1024, 4);
+    put_fractions(&box, (double[]){0, m->max[0]}, 2, one);
+    for (int c = 0; c < (three ? 3 : 1); c++)
+        put_fractions(&box,
+                      (double[]){m->min[c], m->max[c], m->gamma[c],
+                                 m->base_offset[c], m->offset[c]},
+                      5, one);
     put_segment(f, 0xe2, iso, box.bytes, box.size);
 }
 
@@ -122,12 +121,8 @@ static void put_index(file *f, size_t second, size_t size)
     put(&mpf, "MM\0\x2a\0\0\0\x08\0\x01\xb0\x02\0\x07", 14);
     put_number(&mpf, 32, 4);
     put_number(&mpf, 26, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4); /* the first picture */
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4);
-    put_number(&mpf, 0, 4); /* the second */
+    for (int i = 0; i < 6; i++) /* the first picture, and of the second */
+        put_number(&mpf, 0, 4);
     put_number(&mpf, (uint32_t)size, 4);
     put_number(&mpf, (uint32_t)(second - header), 4);
     put_number(&mpf, 0, 4);
@@ -163,18 +158,27 @@ static parts make_parts(bool three)
     return p;
 }
 
+typedef enum form {
+    ANDROID,
+    ISO,
+    ISO_ONE /* denominator */
+} form;
+
 /* more: bytes that the index claims beyond the gain map. */
-static file build(const parts *p, const meaning *m, bool three, bool by_iso,
+static file build(const parts *p, const meaning *m, bool three, form as,
                   size_t more)
 {
     static const char version[] = "<x hdrgm:Version=\"1.0\"/>";
     file gain = {.size = 0}, f = {.size = 0};
 
     put(&gain, p->gain, 2);
-    (by_iso ? put_iso : put_android)(&gain, m, three);
+    if (as)
+        put_iso(&gain, m, three, as == ISO_ONE);
+    else
+        put_android(&gain, m, three);
     put(&gain, p->gain + 2, p->gain_size - 2);
     put(&f, p->base, 2);
-    if (by_iso)
+    if (as)
         put_segment(&f, 0xe2, iso, "\0\0\0\0", 4);
     else
         put_segment(&f, 0xe1, xmp, version, strlen(version));
@@ -228,22 +232,20 @@ static ibl_status decode(ibl_ctx *ctx, const file *f, ibl_image *img,
     return status;
 }
 
-TEST(both_metadata_of_one_and_three_channels)
+TEST(metadata_of_one_and_three_channels)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
 
     for (int three = 0; three < 2; three++) {
         const parts p = make_parts(three);
         const meaning *m = three ? &of_three : &of_grey;
-        for (int by_iso = 0; by_iso < 2; by_iso++) {
-            const file f = build(&p, m, three, by_iso, 0);
+        for (form f = ANDROID; f <= ISO_ONE; f++) {
+            const file made = build(&p, m, three, f, 0);
             ibl_read_report report;
             ibl_image img;
-            NEED(!decode(ctx, &f, &img, &report));
-            CHECK(!strcmp(report.format, by_iso ? "Ultra HDR JPEG, gain map of "
-                                                  "ISO 21496-1"
-                                                : "Ultra HDR JPEG, gain map of "
-                                                  "Android"));
+            NEED(!decode(ctx, &made, &img, &report));
+            CHECK(strstr(report.format, "Ultra HDR JPEG, gain map of ") &&
+                  strstr(report.format, f ? "ISO 21496-1" : "Android"));
             CHECK(!report.low_range && !*kept.text[IBL_LOG_WARNING]);
             CHECK(report.peak > 2);
             check_values(&p, m, &img);
@@ -255,122 +257,118 @@ TEST(plain_jpeg_stays_plain)
 {
     const parts p = make_parts(false);
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    file f = {.size = 0};
-    ibl_read_report report;
-    ibl_image img;
 
-    put(&f, p.base, p.base_size);
-    NEED(!decode(ctx, &f, &img, &report));
-    CHECK(report.low_range && strstr(report.format, "jpeg"));
-    f.size = 2;
-    put_segment(&f, 0xe1, xmp, "hdrgm:Version=\"1.0\"", 19);
-    put(&f, p.base + 2, p.base_size - 2);
-    NEED(!decode(ctx, &f, &img, &report));
-    CHECK(report.low_range);
+    for (int i = 0; i < 2; i++) {
+        file f = {.size = 0};
+        ibl_read_report report;
+        ibl_image img;
+        put(&f, p.base, 2);
+        if (i)
+            put_segment(&f, 0xe1, xmp, "hdrgm:Version=\"1.0\"", 19);
+        put(&f, p.base + 2, p.base_size - 2);
+        NEED(!decode(ctx, &f, &img, &report));
+        CHECK(report.low_range && strstr(report.format, "jpeg"));
+    }
 }
 
 TEST(truncation_and_lies)
 {
+    static const struct {
+        double max, gamma;
+        form as;
+        size_t more;
+        ibl_status status;
+        const char *said;
+    } lies[] = {
+        {3.5, 1, false, 1, IBL_ERR_FORMAT, "picture 2 lies behind the end"},
+        {25, 1, ANDROID, 0, IBL_ERR_UNSUPPORTED, "its gains, gamma or offsets"},
+        {3.5, 0, ISO, 0, IBL_ERR_UNSUPPORTED, "gamma"},
+        {-1, 1, ISO, 0, IBL_ERR_UNSUPPORTED, ""}};
     const parts p = make_parts(false);
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    meaning m = of_grey;
     ibl_image img;
-    file f = build(&p, &m, false, true, 0);
+    file f = build(&p, &of_grey, false, ISO, 0);
+    const size_t size = f.size;
 
-    for (size_t cut = 1; cut < f.size; cut += cut < p.gain_size ? 97 : 301) {
-        file part = f;
-        part.size -= cut;
-        CHECK_MSG(decode(ctx, &part, &img, NULL) == IBL_ERR_FORMAT, "%zu", cut);
-        CHECK(!strchr(kept.text[IBL_LOG_ERROR], '\n'));
+    for (size_t cut = 1; cut < size; cut += cut < p.gain_size ? 97 : 301) {
+        f.size = size - cut;
+        CHECK_MSG(decode(ctx, &f, &img, NULL) == IBL_ERR_FORMAT &&
+                      !strchr(kept.text[IBL_LOG_ERROR], '\n'),
+                  "%zu", cut);
     }
-    f = build(&p, &m, false, false, 1);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_FORMAT);
-    CHECK(test_said(&kept, "picture 2 lies behind the end"));
-    m.max[0] = 25;
-    f = build(&p, &m, false, false, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "its gains, gamma or offsets"));
-    m = of_grey;
-    m.gamma[0] = 0;
-    f = build(&p, &m, false, true, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "gamma"));
-    m = of_grey;
-    m.max[0] = m.max[1] = m.max[2] = -1; /* of the headroom too */
-    f = build(&p, &m, false, true, 0);
-    CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
+    for (int i = 0; i < 4; i++) {
+        meaning m = of_grey;
+        m.max[0] = m.max[1] = m.max[2] = lies[i].max; /* the headroom too */
+        m.gamma[0] = lies[i].gamma;
+        f = build(&p, &m, false, lies[i].as, lies[i].more);
+        CHECK_MSG(decode(ctx, &f, &img, NULL) == lies[i].status &&
+                      test_said(&kept, lies[i].said),
+                  "%d: %s", i, kept.text[IBL_LOG_ERROR]);
+    }
 }
 
 /* OpenImageIO would give their code values for sRGB's. */
 TEST(curves_of_heif)
 {
     static const struct {
-        int transfer;
-        const char *name;
-    } cases[] = {{16, "PQ"}, {18, "HLG"}, {8, "linear"}};
-    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+        uint32_t transfer;
+        const char *said;
+    } cases[] = {{16, "is AVIF with the curve PQ,"},
+                 {18, "is AVIF with the curve HLG,"},
+                 {8, "is AVIF with the curve linear,"}};
 
     for (int i = 0; i < 3; i++) {
         file f = {.size = 0};
         ibl_image img;
         put(&f,
             "\0\0\0\x1c"
-            "ftypavif\0\0\0\0",
-            16);
-        put(&f, "colrnclx\0\x09", 10);
-        put_number(&f, (uint32_t)cases[i].transfer, 2);
-        CHECK(decode(ctx, &f, &img, NULL) == IBL_ERR_UNSUPPORTED);
-        CHECK(test_said(
-            &kept, test_text("is AVIF with the curve %s,", cases[i].name)));
+            "ftypavif\0\0\0\0colrnclx\0\x09",
+            26);
+        put_number(&f, cases[i].transfer, 2);
+        CHECK(decode(file_ctx(1, &kept, file_bridge()), &f, &img, NULL) ==
+              IBL_ERR_UNSUPPORTED);
+        CHECK(test_said(&kept, cases[i].said));
     }
 }
 
 /* ---- profiles --------------------------------------------------------- */
 
-static void put_xyz(file *f, double x, double y, double z)
-{
-    put(f, "XYZ \0\0\0\0", 8);
-    put_number(f, (uint32_t)(int32_t)lrint(x * 65536), 4);
-    put_number(f, (uint32_t)(int32_t)lrint(y * 65536), 4);
-    put_number(f, (uint32_t)(int32_t)lrint(z * 65536), 4);
-}
-
-/* Colorants as published: rows R, G, B of X, Y, Z. */
-static file make_profile(const double xyz[9])
-{
-    static const char names[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
-    file f = {.size = 0};
-
-    memset(f.bytes, 0, 128);
-    f.size = 128;
-    put_number(&f, 3, 4);
-    for (int i = 0; i < 3; i++) {
-        put(&f, names[i], 4);
-        put_number(&f, (uint32_t)(168 + 20 * i), 4);
-        put_number(&f, 20, 4);
-    }
-    for (int c = 0; c < 3; c++)
-        put_xyz(&f, xyz[3 * c], xyz[3 * c + 1], xyz[3 * c + 2]);
-    return f;
-}
-
-/* The colorants of the profiles of HP and Microsoft (sRGB) and of Apple. */
+/* Colorants as published, rows R, G, B of X, Y, Z: of the profiles of HP and
+ * Microsoft (sRGB) and of Apple; and of none. */
 TEST(profiles)
 {
-    const double srgb[9] = {.4360747, .2225045, .0139322, .3850649, .7168786,
-                            .0971045, .1430804, .0606169, .7141733};
-    const double p3[9] = {.5151, .2412, -.0011, .2920, .6922,
-                          .0419, .1571, .0666,  .7841};
+    static const char names[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
+    static const struct {
+        const char *name;
+        double xyz[9];
+    } cases[] = {
+        {"Rec.709",
+         {.4360747, .2225045, .0139322, .3850649, .7168786, .0971045, .1430804,
+          .0606169, .7141733}},
+        {"Display P3",
+         {.5151, .2412, -.0011, .2920, .6922, .0419, .1571, .0666, .7841}},
+        {NULL, {.6, .3, 0, .2, .6, .1, .1, .1, .6}}};
     double xy[8];
-    file f = make_profile(srgb);
 
-    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
-    CHECK(!strcmp(ibl_colour_space_name(xy), "Rec.709"));
-    for (size_t size = 0; size < f.size; size += 5)
-        CHECK(!ibl_icc_primaries(f.bytes, size, xy));
-    f = make_profile(p3);
-    CHECK(ibl_icc_primaries(f.bytes, f.size, xy));
-    CHECK(!strcmp(ibl_colour_space_name(xy), "Display P3"));
-    f = make_profile((double[9]){.6, .3, 0, .2, .6, .1, .1, .1, .6});
-    CHECK(!ibl_icc_primaries(f.bytes, f.size, xy));
+    for (int k = 0; k < 3; k++) {
+        file f = {.size = 128};
+        memset(f.bytes, 0, 128);
+        put_number(&f, 3, 4);
+        for (uint32_t i = 0; i < 3; i++) {
+            put(&f, names[i], 4);
+            put_number(&f, 168 + 20 * i, 4);
+            put_number(&f, 20, 4);
+        }
+        for (int i = 0; i < 9; i++) {
+            if (i % 3 == 0)
+                put(&f, "XYZ \0\0\0\0", 8);
+            put_number(&f, (uint32_t)(int32_t)lrint(cases[k].xyz[i] * 65536),
+                       4);
+        }
+        CHECK(ibl_icc_primaries(f.bytes, f.size, xy) == !!cases[k].name);
+        CHECK(!cases[k].name ||
+              !strcmp(ibl_colour_space_name(xy), cases[k].name));
+        for (size_t size = 0; size < f.size; size += 5)
+            CHECK(!ibl_icc_primaries(f.bytes, size, xy));
+    }
 }

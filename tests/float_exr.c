@@ -19,20 +19,15 @@ static void put_float(FILE *to, float value)
     put_u32(to, bits);
 }
 
-static void put_attribute(FILE *to, const char *name, const char *type,
-                          size_t size)
-{
-    fprintf(to, "%s%c%s%c", name, 0, type, 0);
-    put_u32(to, (uint32_t)size);
-}
+/* Name, type and bytes of an attribute whose value needs no number. */
+#define PLAIN(text) fwrite(text, 1, sizeof text - 1, to)
 
 static void put_header(FILE *to, int width, int height, const char *channels)
 {
-    static const char *const boxes[] = {"dataWindow", "displayWindow"};
+    static const char boxes[2][20] = {"dataWindow", "displayWindow"};
 
-    put_u32(to, 20000630);
-    put_u32(to, 2);
-    put_attribute(to, "channels", "chlist", 18 * strlen(channels) + 1);
+    PLAIN("v/1\1\2\0\0\0channels\0chlist\0");
+    put_u32(to, (uint32_t)(18 * strlen(channels) + 1));
     for (const char *c = channels; *c; c++) {
         fprintf(to, "%c%c", *c, 0);
         put_u32(to, 2); /* floats */
@@ -40,26 +35,19 @@ static void put_header(FILE *to, int width, int height, const char *channels)
         put_u32(to, 1);
         put_u32(to, 1);
     }
-    fputc(0, to);
-    put_attribute(to, "compression", "compression", 1);
-    fputc(0, to);
+    PLAIN("\0compression\0compression\0\1\0\0\0\0");
     for (int i = 0; i < 2; i++) {
-        put_attribute(to, boxes[i], "box2i", 16);
+        fprintf(to, "%s%cbox2i%c", boxes[i], 0, 0);
+        put_u32(to, 16);
         put_u32(to, 0);
         put_u32(to, 0);
         put_u32(to, (uint32_t)width - 1);
         put_u32(to, (uint32_t)height - 1);
     }
-    put_attribute(to, "lineOrder", "lineOrder", 1);
-    fputc(0, to);
-    put_attribute(to, "pixelAspectRatio", "float", 4);
-    put_float(to, 1);
-    put_attribute(to, "screenWindowCenter", "v2f", 8);
-    put_u32(to, 0);
-    put_u32(to, 0);
-    put_attribute(to, "screenWindowWidth", "float", 4);
-    put_float(to, 1);
-    fputc(0, to);
+    PLAIN("lineOrder\0lineOrder\0\1\0\0\0\0"
+          "pixelAspectRatio\0float\0\4\0\0\0\0\0\x80\x3f"
+          "screenWindowCenter\0v2f\0\10\0\0\0\0\0\0\0\0\0\0\0"
+          "screenWindowWidth\0float\0\4\0\0\0\0\0\x80\x3f\0");
 }
 
 bool test_write_float_exr(FILE *to, int width, int height, const char *channels,

@@ -46,6 +46,13 @@ size_t map_floats(const ibl_image *map)
     return 3 * (size_t)map->width * (size_t)map->height;
 }
 
+bool map_same(const ibl_image *a, const ibl_image *b)
+{
+    return a->data && b->data && a->width == b->width &&
+           a->height == b->height &&
+           !memcmp(a->data, b->data, map_floats(a) * sizeof *a->data);
+}
+
 ibl_image map_turned(ibl_ctx *ctx, const ibl_image *map, int columns)
 {
     const int w = map->width;

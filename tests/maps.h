@@ -20,6 +20,8 @@ ibl_image map_mirrored(ibl_ctx *ctx, const ibl_image *map);
 /* Every value times factor. */
 ibl_image map_scaled(ibl_ctx *ctx, const ibl_image *map, float factor);
 size_t map_floats(const ibl_image *map);
+/* To the bit; not if one has no pixels. */
+bool map_same(const ibl_image *a, const ibl_image *b);
 /* Smallest and largest value of a channel. */
 void map_range(const ibl_image *map, int channel, double *low, double *high);
 

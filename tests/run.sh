@@ -55,7 +55,10 @@ programs() {
         */tsan/tests/check_view_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
             */tsan/tests/check_kern_* | \
-            */tsan/tests/check_truth | \
+            */tsan/tests/check_truth | */tsan/tests/check_json_load | \
+            */tsan/tests/check_ultra_hdr | */tsan/tests/check_alpha | \
+            */tsan/tests/check_colour | */tsan/tests/check_hdr | \
+            */tsan/tests/check_exr | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
             */tsan/tests/check_point_lights | \
             */tsan/tests/check_lobe_coefficients | */tsan/tests/check_pixel | \
