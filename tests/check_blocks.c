@@ -107,11 +107,11 @@ TEST(alike)
     const ibl_cube small = make_cube(64, 1);
     const ibl_texture best =
         encode(ctx, &small, IBL_PIXEL_UASTC_HDR, IBL_QUALITY_BEST);
-    const ibl_texture same = encode_with(
-        ctx, &small,
-        (ibl_texel_options){.pixel = IBL_PIXEL_UASTC_HDR,
-                            .quality = IBL_QUALITY_BEST,
-                            .alike = 1});
+    const ibl_texture same =
+        encode_with(ctx, &small,
+                    (ibl_texel_options){.pixel = IBL_PIXEL_UASTC_HDR,
+                                        .quality = IBL_QUALITY_BEST,
+                                        .alike = 1});
     CHECK(texture_same(&best, &same));
 }
 
@@ -274,4 +274,3 @@ TEST(other_astc)
     CHECK(ibl_texture_unblock(quiet, &tex) == IBL_ERR_UNSUPPORTED);
     CHECK(tex.pixel == IBL_PIXEL_ASTC4X4HDR);
 }
-

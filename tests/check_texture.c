@@ -99,12 +99,13 @@ static void gather(float *face, int edge, int block, float *blocks, bool back)
     const int row = (edge + block - 1) / block, all = row * block;
     for (int y = 0; y < all; y++)
         for (int x = 0; x < all; x++) {
-            const int texel = (y < edge ? y : edge - 1) * edge +
-                              (x < edge ? x : edge - 1);
-            float *at = blocks + 3 * (((y / block * row + x / block) * block +
-                                       y % block) *
-                                          block +
-                                      x % block);
+            const int texel =
+                (y < edge ? y : edge - 1) * edge + (x < edge ? x : edge - 1);
+            float *at =
+                blocks +
+                3 * (((y / block * row + x / block) * block + y % block) *
+                         block +
+                     x % block);
             if (!back)
                 memcpy(at, face + 3 * texel, 3 * sizeof *at);
             else if (x < edge && y < edge)
@@ -423,10 +424,9 @@ static void round_trip(ibl_texture *tex, ibl_container c)
     NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
     CHECK(found == c && texture_same(tex, &back) && !back.zstd);
     CHECK(back.key_count == 3 * keys &&
-          (!keys ||
-           (texture_has(&back, "zeta", "last") &&
-            texture_has(&back, "iblRoughness", "0 0.25 0.5") &&
-            texture_has(&back, "KTXwriter", "iblbake " IBL_VERSION))));
+          (!keys || (texture_has(&back, "zeta", "last") &&
+                     texture_has(&back, "iblRoughness", "0 0.25 0.5") &&
+                     texture_has(&back, "KTXwriter", "iblbake " IBL_VERSION))));
     back.zstd = tex->zstd;
     NEED(!ibl_outputs_create(ctx, 0, &out));
     CHECK(!ibl_outputs_take_texture(out, file_path("taken"), &back, c, &told));
@@ -451,7 +451,8 @@ TEST(round_trips)
         for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++)
             for (int n = 0; n <= IBL_CONTAINER_COUNT; n++) {
                 const int *s = shapes[i / 3], layers = counts[i % 3];
-                const ibl_container c = (ibl_container)(n % IBL_CONTAINER_COUNT);
+                const ibl_container c =
+                    (ibl_container)(n % IBL_CONTAINER_COUNT);
                 ibl_texture tex = make(p, s[0], s[1], s[2], layers, s[3]);
                 tex.zstd = n == IBL_CONTAINER_COUNT ? 1 + (int)p * 2 : 0;
                 if (ibl_container_holds(c, p) &&
@@ -538,10 +539,7 @@ TEST(other_words)
         /* An array of one; of KTX its cube has another imageSize, or not. */
         {IBL_CONTAINER_KTX2, IBL_PIXEL_RGBA16F, {32}, {1}},
         {IBL_CONTAINER_KTX, IBL_PIXEL_RGBA16F, {48}, {1}},
-        {IBL_CONTAINER_KTX,
-         IBL_PIXEL_RGBA16F,
-         {48, 172, 944},
-         {1, 768, 192}},
+        {IBL_CONTAINER_KTX, IBL_PIXEL_RGBA16F, {48, 172, 944}, {1, 768, 192}},
         /* Filament's cmgen has the internal format as glType, of size 1. */
         {IBL_CONTAINER_KTX, IBL_PIXEL_R11G11B10F, {16, 20}, {0x8C3A, 1}},
         /* A depth that no flag tells of. */
@@ -551,8 +549,7 @@ TEST(other_words)
         ibl_texture tex = make(cases[i].pixel, 4, 4, 2, 1, 6), back;
         ibl_container found;
         size_t size;
-        unsigned char *b =
-            texture_encode(ctx, &tex, cases[i].container, &size);
+        unsigned char *b = texture_encode(ctx, &tex, cases[i].container, &size);
         if (cases[i].at[2]) {
             const size_t level = 64 + file_u32(b + 60);
             CHECK(file_u32(b + level) == 128 &&
@@ -570,8 +567,8 @@ TEST(other_words)
     }
     /* On demand, ours does as cmgen, too, where that has such a format. */
     for (int i = 0; i < 2; i++) {
-        ibl_texture tex = make(i ? IBL_PIXEL_RGBA16F : IBL_PIXEL_R11G11B10F, 4,
-                               4, 3, 1, 6);
+        ibl_texture tex =
+            make(i ? IBL_PIXEL_RGBA16F : IBL_PIXEL_R11G11B10F, 4, 4, 3, 1, 6);
         size_t size, other;
         unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
         tex.filament = 1;
@@ -630,8 +627,7 @@ TEST(bottom_up)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         ibl_texture tex = make(cases[i].pixel, 3, 3, 2, 1, cases[i].faces);
         size_t size, at = 0;
-        unsigned char *b =
-            texture_encode(ctx, &tex, cases[i].container, &size);
+        unsigned char *b = texture_encode(ctx, &tex, cases[i].container, &size);
         while (memcmp(b + at, cases[i].from, strlen(cases[i].from)))
             at++;
         memcpy(b + at, cases[i].to, strlen(cases[i].to));
@@ -785,8 +781,8 @@ TEST(named)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, cases[i].layers, 6);
         size_t size;
-        unsigned char *b = texture_encode(
-            ctx, &tex, (ibl_container)cases[i].container, &size);
+        unsigned char *b =
+            texture_encode(ctx, &tex, (ibl_container)cases[i].container, &size);
         file_set_u32(b + cases[i].at, cases[i].value);
         if (cases[i].at == 8) /* its flag is of a depth */
             file_set_u32(b + 24, 4);
@@ -831,7 +827,7 @@ TEST(damaged)
         size_t size;
         if ((tex.zstd = cases[n].zstd))
             memset(tex.data + 10, 0, tex.bytes - 20);
-        if (!ibl_container_holds(c, tex.pixel) || 
+        if (!ibl_container_holds(c, tex.pixel) ||
             (tex.zstd && c != IBL_CONTAINER_KTX2))
             continue;
         unsigned char *b = texture_encode(ctx, &tex, c, &size);
@@ -864,8 +860,7 @@ TEST(boundless)
 static unsigned char *splice(const ibl_texture *tex, const void *level,
                              size_t bytes, size_t *size)
 {
-    const unsigned char *b =
-        texture_encode(ctx, tex, IBL_CONTAINER_KTX2, size);
+    const unsigned char *b = texture_encode(ctx, tex, IBL_CONTAINER_KTX2, size);
     const size_t at = *size - tex->bytes;
     unsigned char *made = test_alloc(at + bytes + 1, 1);
 
@@ -925,10 +920,10 @@ TEST(zstd_frames)
 {
     static const struct {
         const char *recipe, *words; /* NULL: are read */
-    } cases[] = {{"a", NULL},      {"as", NULL},     {"sbc", NULL},
-                 {"+", "level 0"}, {"-", "shorter"}, {"a0", "level 0"},
+    } cases[] = {{"a", NULL},       {"as", NULL},      {"sbc", NULL},
+                 {"+", "level 0"},  {"-", "shorter"},  {"a0", "level 0"},
                  {"a<", "level 0"}, {"ab", "level 0"}, {"", "too short"},
-                 {"s", "shorter"}, {"x", "level 0"}, {"a^", "checksum"}};
+                 {"s", "shorter"},  {"x", "level 0"},  {"a^", "checksum"}};
     static unsigned char level[20000];
     const ibl_texture tex = make(IBL_PIXEL_RGBA16F, 9, 9, 1, 1, 6);
     for (int i = 0; i < 4 * (int)(sizeof cases / sizeof *cases); i++) {
@@ -947,8 +942,8 @@ TEST(zstd_frames)
     static const int places[] = {96, 100, 88, 92, 80, 84, 72};
     for (int i = 0; i < 4 * (int)(sizeof places / sizeof *places); i++) {
         size_t size;
-        unsigned char *b = splice(
-            &tex, level, cook("a", &tex, 1, level, sizeof level), &size);
+        unsigned char *b =
+            splice(&tex, level, cook("a", &tex, 1, level, sizeof level), &size);
         file_set_u32(b + places[i / 4], 1u << 8 * (i % 4));
         check_refused(b, size, IBL_ERR_FORMAT, "", test_text("index %d", i));
     }
@@ -972,8 +967,7 @@ TEST(bombs)
     texture_boundless(quiet, b, size);
     CHECK(test_said(&kept, "too short"));
     for (int i = 21; i <= 31; i += 10) {
-        unsigned char head[521] = {0x28, 0xB5, 0x2F, 0xFD, 0,
-                                   0,    1,    0x10, 0};
+        unsigned char head[521] = {0x28, 0xB5, 0x2F, 0xFD, 0, 0, 1, 0x10, 0};
         head[5] = (unsigned char)(i << 3);
         b = splice(&tex, head, sizeof head, &size);
         check_refused(b, size, IBL_ERR_FORMAT, "level 0", "window");
