@@ -151,7 +151,7 @@ enum {
 
 static struct {
     pthread_mutex_t lock;
-    size_t blocks, bytes, most; /* now, and the most bytes so far */
+    size_t blocks, bytes; /* now */
     int calls, fails;           /* the call that fails, from 1; 0: none */
     bool bad;                   /* a block that is none, or is misaligned */
 } own = {.lock = PTHREAD_MUTEX_INITIALIZER};
@@ -164,7 +164,6 @@ static void *own_alloc(void *cookie, size_t bytes, size_t alignment)
     own.bad |= cookie != &own || !bytes || alignment < sizeof(head);
     own.blocks += ok;
     own.bytes += ok ? bytes : 0;
-    own.most = own.bytes > own.most ? own.bytes : own.most;
     pthread_mutex_unlock(&own.lock);
     char *start = ok ? malloc(bytes + 2 * alignment) : NULL;
     if (!start)
@@ -309,38 +308,4 @@ TEST(program_has_no_memory)
     own.fails = 0;
     CHECK(first > 100);
     CHECK(!ibl_set_allocator(NULL));
-}
-
-/* Also in what the allocator of the C library would not show. */
-TEST(bakes_are_flat)
-{
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_ctx_options with = ibl_ctx_options_default();
-    ibl_ctx *ctx;
-    ibl_cube cube;
-    size_t blocks = 0, bytes = 0, most = 0;
-
-    o.size = 32;
-    with.threads = 2;
-    NEED(!ibl_set_allocator(&owns));
-    NEED(!ibl_ctx_create(&with, &ctx));
-    ibl_image map = {0};
-    NEED(!ibl_image_alloc(ctx, 64, 32, &map));
-    for (int i = 0; i < 3 * 64 * 32; i++)
-        map.data[i] = (float)(i % 97);
-    for (int i = 0; i < 100; i++) {
-        NEED(!ibl_bake_specular(ctx, &map, &o, &cube, NULL));
-        ibl_cube_free(&cube);
-        if (i == 1) {
-            blocks = own.blocks;
-            bytes = own.bytes;
-            most = own.most;
-        }
-    }
-    CHECK(own.blocks == blocks && own.bytes == bytes);
-    /* Which jobs run at once differs. */
-    CHECK(own.most <= most + most / 8);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    CHECK(!own.bad && !own.blocks && !ibl_set_allocator(NULL));
 }
