@@ -52,9 +52,13 @@ static ibl_ctx *counting(void)
     return test_ctx_of(&o);
 }
 
+#define CONTEXT(set, words)                                                    \
+    OUT_OF_RANGE(ibl_ctx_options_default(), (set, o.log = count_line),         \
+                 ibl_ctx_create(&o, &none_made), words)
+
 TEST(contexts_and_images)
 {
-    ibl_ctx *ctx = counting();
+    ibl_ctx *ctx = counting(), *none_made;
     ibl_ctx_options o = ibl_ctx_options_default();
     ibl_image map = map_constant(ctx, 16, 8, 1),
               none = {.width = 16, .height = 8};
@@ -66,6 +70,10 @@ TEST(contexts_and_images)
 
     o.log = count_line;
     REFUSES(ibl_ctx_create(&o, NULL));
+    CONTEXT(o.threads = -1, "-1 threads");
+    CONTEXT(o.threads = 1025, "1025 threads");
+    CONTEXT(o.isa = (ibl_isa)-1, "instruction set -1");
+    CONTEXT(o.isa = IBL_ISA_COUNT, "instruction set 5");
     SILENT(ibl_ctx_create(NULL, NULL));
     REFUSES(ibl_image_alloc(ctx, 2, 1, NULL));
     SILENT(ibl_image_alloc(NULL, 2, 1, &none));

@@ -165,23 +165,6 @@ TEST(large)
     CHECK(got == size && !memcmp(bytes, numbers, size));
 }
 
-TEST(freed_early)
-{
-    NEED(!mkdir(at("a"), 0777));
-    put(at("a/old"), "old");
-    ibl_outputs *out;
-    NEED(!ibl_outputs_create(ctx, 0, &out));
-    NEED(!ibl_outputs_mkdir(out, at("a/b/c")));
-    NEED(!ibl_outputs_mkdir(out, at("a/mine")));
-    CHECK(!add(out, at("a/old"), "new"));
-    CHECK(!add(out, at("a/b/c/x"), "x"));
-    put(at("a/mine/other"), "o");
-    CHECK(holds(at("a/old"), "old"));
-    ibl_outputs_free(out);
-    CHECK(holds(at("a/old"), "old") && !exists(at("a/b")));
-    CHECK(holds(at("a/mine/other"), "o") && entries(at("a")) == 2);
-}
-
 /* What cannot be a target stays as it is, and the set goes on. */
 TEST(refused)
 {
@@ -369,40 +352,6 @@ TEST(flushed)
         CHECK(!rmdir(at("f/x/y")) && !rmdir(at("f/x")));
         odd_system = false;
     }
-}
-
-TEST(cancelled)
-{
-    ibl_ctx *other = test_ctx(1, IBL_ISA_C);
-    ibl_outputs *out;
-    NEED(!ibl_outputs_create(other, 0, &out));
-    CHECK(!add(out, at("cancelled"), "x"));
-    ibl_ctx_cancel(other);
-    CHECK(add(out, at("more"), "x") == IBL_ERR_CANCELLED);
-    CHECK(ibl_outputs_commit(out) == IBL_ERR_CANCELLED);
-    CHECK(!exists(at("cancelled")) && !exists(at("more")));
-    ibl_outputs_free(out);
-}
-
-/* Root may write anything, so it is done as nobody. */
-TEST(unwritable)
-{
-    int result;
-    NEED(!chmod(test_dir(), 0755) && !mkdir(at("u"), 0777));
-    put(at("u/file"), "f");
-    NEED(!chmod(at("u/file"), 0444) && !chmod(at("u"), 0777));
-    const pid_t child = fork();
-    NEED(child >= 0);
-    if (!child) {
-        ibl_outputs *out;
-        if (!geteuid() && setuid(65534))
-            _exit(1);
-        _exit(ibl_outputs_create(ctx, 0, &out) ||
-              add(out, at("u/file"), "x") != IBL_ERR_IO ||
-              !test_said(&kept, "denied"));
-    }
-    NEED(waitpid(child, &result, 0) == child);
-    CHECK(!result && holds(at("u/file"), "f") && entries(at("u")) == 1);
 }
 
 /* ---- other processes ------------------------------------------------- */

@@ -97,6 +97,11 @@ static void check_rgb9e5(const float rgb[3])
     CHECK_MSG(out == shared_exponent(rgb), "%a %a %a gives %#x, not %#x",
               (double)rgb[0], (double)rgb[1], (double)rgb[2], out,
               shared_exponent(rgb));
+    float back[3];
+    ibl_pixel_decode(IBL_PIXEL_RGB9E5, &out, 1, back);
+    for (int c = 0; c < 3; c++)
+        CHECK((double)back[c] ==
+              ldexp(out >> 9 * c & 511, (int)(out >> 27) - 24));
 }
 
 TEST(rgb9e5)
@@ -124,28 +129,6 @@ TEST(rgb9e5)
             for (int i = 0; i < 3; i++) {
                 check_rgb9e5((float[]){values[i], at / 3, 0});
                 check_rgb9e5((float[]){0, values[i] / 2, values[i]});
-            }
-        }
-    }
-}
-
-/* Every texel that the encoder can give comes back as itself. */
-TEST(rgb9e5_words)
-{
-    test_random r = {4};
-    for (uint32_t e = 0; e < 32; e++) {
-        for (uint32_t m = e ? 256 : 0; m < 512; m++) {
-            for (int place = 0; place < 3; place++) {
-                const uint32_t other =
-                    (uint32_t)(test_random_u64(&r) % (m + 1));
-                const uint32_t in = e << 27 | m << (9 * place) |
-                                    other << (9 * ((place + 1) % 3));
-                uint32_t out;
-                float rgb[3];
-                ibl_pixel_decode(IBL_PIXEL_RGB9E5, &in, 1, rgb);
-                CHECK(rgb[place] == ldexp(m, (int)e - 24));
-                CHECK(!texels_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out));
-                CHECK(in == out);
             }
         }
     }
