@@ -2,7 +2,6 @@
 /* Contexts, their refusals, the pool and cancelling. */
 #define _GNU_SOURCE
 #include <limits.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -37,23 +36,6 @@ TEST(long_messages)
     CHECK(!strcmp(end, " 0?1"));
     ibl_warn(ctx, "no.\r\x7f\n\xc3");
     CHECK(!strcmp(end, "???\xc3"));
-}
-
-/* The CPUs that the process may run on, fewer than there are. */
-TEST(bound_to_cpus)
-{
-    cpu_set_t all, one;
-    int cpu = 0;
-
-    NEED(!sched_getaffinity(0, sizeof all, &all));
-    CHECK(ibl_cpu_count() >= 1 && ibl_cpu_count() <= CPU_COUNT(&all));
-    while (!CPU_ISSET(cpu, &all))
-        cpu++;
-    CPU_ZERO(&one);
-    CPU_SET(cpu, &one);
-    NEED(!sched_setaffinity(0, sizeof one, &one));
-    CHECK(ibl_cpu_count() == 1);
-    CHECK(!sched_setaffinity(0, sizeof all, &all));
 }
 
 /* Systems as of the kernel's cgroup-v2.rst: CPUs and memory. */
