@@ -103,7 +103,7 @@ TEST(many_large)
     test_random rnd = {5};
 
     ibl_alloc_hold();
-    for (int n = 0; n < 1500; n++) {
+    for (int n = 0; n < 600; n++) {
         const int i = (int)(test_random_u64(&rnd) % BLOCKS);
         if (p[i]) {
             CHECK(p[i][0] == i && p[i][last[i]] == i);
