@@ -782,7 +782,8 @@ TEST(damaged)
     }
 }
 
-/* Headers of the largest cubes and arrays, and nothing behind them. */
+/* Headers of the largest cubes and arrays, and nothing behind them: refused
+ * before memory is taken, which there is not. */
 TEST(boundless)
 {
     static const size_t places[][4] = {
@@ -796,8 +797,7 @@ TEST(boundless)
             texture_encode(ctx, &tex, (ibl_container)(i / 2), &size);
         for (int k = 0; k < 2 + layers; k++)
             file_set_u32(b + places[i / 2][k], lies[k]);
-        texture_boundless(quiet, b, size);
-        CHECK(test_said(&kept, "cut short"));
+        check_refused(b, size, IBL_ERR_FORMAT, "cut short", "header");
     }
 }
 
@@ -885,15 +885,6 @@ TEST(zstd_frames)
             check_refused(b, size, IBL_ERR_FORMAT, words, recipe);
         }
     }
-    /* A file says what its texels take, and the index another thing. */
-    static const int places[] = {96, 100, 88, 92, 80, 84, 72};
-    for (int i = 0; i < 4 * (int)(sizeof places / sizeof *places); i++) {
-        size_t size;
-        unsigned char *b =
-            splice(&tex, level, cook("a", &tex, 1, level, sizeof level), &size);
-        file_set_u32(b + places[i / 4], 1u << 8 * (i % 4));
-        check_refused(b, size, IBL_ERR_FORMAT, "", test_text("index %d", i));
-    }
 }
 
 /* The largest cubes in few bytes: of a header alone, and of frames that claim
@@ -911,8 +902,7 @@ TEST(bombs)
     file_set_u32(b + 24, 65536);
     file_set_u32(b + 96, 0);
     file_set_u32(b + 100, 0x60);
-    texture_boundless(quiet, b, size);
-    CHECK(test_said(&kept, "too short"));
+    check_refused(b, size, IBL_ERR_FORMAT, "too short", "claim");
     for (int i = 21; i <= 31; i += 10) {
         unsigned char head[521] = {0x28, 0xB5, 0x2F, 0xFD, 0, 0, 1, 0x10, 0};
         head[5] = (unsigned char)(i << 3);

@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #include "files.h"
 #include "io/blocks.h"
@@ -169,19 +168,4 @@ void texture_damage(ibl_ctx *quiet, unsigned char *bytes, size_t size)
         }
         bytes[i] = old;
     }
-}
-
-void texture_boundless(ibl_ctx *quiet, const unsigned char *bytes, size_t size)
-{
-    struct rlimit limit, less;
-    ibl_texture back;
-
-    NEED(!getrlimit(RLIMIT_AS, &limit));
-    less = limit;
-    less.rlim_cur = (rlim_t)1 << 30;
-    if (!TEST_SANITIZED)
-        NEED(!setrlimit(RLIMIT_AS, &less));
-    CHECK(ibl_texture_decode(quiet, "big", bytes, size, &back, NULL) ==
-          IBL_ERR_FORMAT);
-    setrlimit(RLIMIT_AS, &limit);
 }
