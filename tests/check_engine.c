@@ -176,8 +176,8 @@ TEST(lies)
           test_said(&kept, "a b%_0_pz.png"));
 }
 
-/* A header of the largest cube, whose images are of one texel, is refused
- * before memory is taken. */
+/* An image that is cut short; a header of the largest cube, whose images are of
+ * one texel, is refused before memory is taken. */
 TEST(bomb)
 {
     char text[8192] = "\x86\x16\x87\x96\xF6\xD6\x96\x36"
@@ -188,6 +188,10 @@ TEST(bomb)
     const size_t begin = strlen(text);
 
     NEED(ibl_png_encode(dot, 4, 1, 1, NULL, &png));
+    for (size_t n = 0; n + 20 < png.size; n++) {
+        unsigned char rgba[4];
+        CHECK(!ibl_png_decode(png.bytes, n, 1, 1, rgba));
+    }
     for (int big = 0; big < 2; big++) {
         size_t used = begin;
         for (int i = 0; i < 90; i++)

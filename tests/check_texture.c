@@ -175,8 +175,8 @@ TEST(texels)
 
 TEST(luts)
 {
-    float data[2 * 9] = {0, 1, 0.5f, 70000, 0.25f, -1};
-    const ibl_lut lut = {3, data, IBL_LUT_SPLIT};
+    float data[2 * 16] = {0, 1, 0.5f, 70000, 0.25f, -1};
+    const ibl_lut lut = {4, data, IBL_LUT_SPLIT};
     ibl_texture tex;
     ibl_lut back;
     ibl_cube cube;
@@ -185,9 +185,9 @@ TEST(luts)
         NEED(!ibl_texture_from_lut(ctx, &lut, p, &tex, &beyond));
         texture_owned(tex);
         CHECK(beyond == (p == IBL_PIXEL_RG16F));
-        CHECK(tex.faces == 1 && tex.levels == 1 && tex.width == 3);
+        CHECK(tex.faces == 1 && tex.levels == 1 && tex.width == 4);
         NEED(!ibl_texture_to_lut(ctx, &tex, &back));
-        CHECK(back.size == 3 && back.data[2] == 0.5f && back.data[5] == -1);
+        CHECK(back.size == 4 && back.data[2] == 0.5f && back.data[5] == -1);
         CHECK(ibl_texture_to_cube(quiet, &tex, &cube) == IBL_ERR_ARGUMENT);
         free(back.data);
     }
