@@ -255,34 +255,6 @@ TEST(what_others_mean)
     CHECK_NEAR(ibl_set_lod(f, 0.625), 1.5, 1e-9);
 }
 
-/* Lights, colours and an odd name, in axes of their own. */
-TEST(the_environment)
-{
-    ibl_ctx *ctx = context();
-    ibl_light lights[IBL_MAX_LIGHTS];
-    ibl_image map = sky(ctx);
-    int count = 0;
-
-    map_set(&map, 11, 7, 2e4F, 1e4F, 5e3F);
-    NEED(file_save_exr(file_path("a%25\xc3\xa9.exr"), &map, NULL));
-    NEED(file_run("rm -rf out; '%s' -q \"$PWD\"/a*.exr -o out --lights 2 "
-                  "--mirror x --up z "
-                  "--exposure 1.5 --clamp 90000 --primaries acescg " SMALL,
-                  file_built("iblbake")));
-    for (int i = 0; i < (int)map_floats(&map); i++)
-        map.data[i] *= (float)exp2(1.5);
-    NEED(!ibl_image_take_lights(ctx, &map, 30, 2, lights, &count));
-    const ibl_set *set = open_it(ctx, "out", NULL);
-    const ibl_set_facts *f = &set->file[IBL_CONTENT_IRRADIANCE].facts;
-    CHECK(set->light_count == count && count == 1 && f->lights == 1);
-    for (int k = 0; k < 3; k++)
-        CHECK_NEAR(set->light[0].direction[k], lights[0].direction[k], 1e-3);
-    CHECK(set->read.primaries == IBL_PRIMARIES_ACESCG &&
-          set->read.exposure == 1.5 && set->read.clamp == 90000);
-    CHECK(!strcmp(set->name, "a%25\xc3\xa9") && set->source &&
-          set->source_peak > 0);
-}
-
 /* Probes: an array by its index or folder, one layer of it. */
 TEST(probes)
 {
