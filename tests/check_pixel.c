@@ -22,8 +22,8 @@ static double code_value(unsigned code, int mantissa)
     return ldexp((1u << mantissa) + fraction, exponent - 15 - mantissa);
 }
 
-/* Each code alone, both ways, the points halfway to the next and their float
- * neighbours, and what is negative. */
+/* Each code alone, in the last of eight texels, both ways, the points halfway
+ * to the next and their float neighbours, and what is negative. */
 TEST(every_code)
 {
     static const struct {
@@ -53,12 +53,17 @@ TEST(every_code)
                          {nextafterf(middle, FLT_MAX), code + 1},
                          {-value, mantissa == 10 ? code | 0x8000 : 0}};
             for (int i = 0; i < 5; i++) {
+                const int channels = ibl_pixel_channels(p);
+                unsigned char texels[8 * 8];
                 uint64_t out = 0;
-                float rgb[3] = {0};
+                float rgb[3 * 8] = {0};
                 if (code + 1 == end && i > 0 && i < 4)
                     continue;
-                rgb[c] = cases[i].in;
-                CHECK(!texels_encode(p, rgb, 1, &out));
+                for (int t = c; t < 8 * channels; t += channels)
+                    rgb[t] = cases[i].in;
+                CHECK(!texels_encode(p, rgb, 8, texels));
+                memcpy(&out, texels + 7 * ibl_pixel_bytes(p),
+                       ibl_pixel_bytes(p));
                 CHECK_MSG(
                     out == ((uint64_t)cases[i].code << codes[k].shift | alpha),
                     "%s %d: %a gives %#llx, not %#x", ibl_pixel_name(p), c,
