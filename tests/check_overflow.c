@@ -291,6 +291,26 @@ TEST(symmetry)
     }
 }
 
+/* A large patch is round within a tenth: farthest texel, nearest outside. */
+TEST(round_patch)
+{
+    const int n = 65, middle = n / 2;
+    ibl_cube cube = constant(n, 0);
+    ibl_overflow_level level;
+    double farthest = 0, nearest = n;
+    set_texel(&cube, middle * n + middle, 300 * (double)half_max, 0, 0);
+    ibl_cube got = settled(&cube, half_max, &level);
+    for (int i = 0; i < n * n; i++) {
+        const double distance = hypot(i % n - middle, i / n - middle);
+        if (got.data[3 * i] == half_max)
+            farthest = fmax(farthest, distance);
+        else
+            nearest = fmin(nearest, distance);
+    }
+    CHECK_MSG(farthest > 8 && farthest < 1.1 * nearest, "%g, %g", farthest,
+              nearest);
+}
+
 /* A light of fifty texels: what it is spread over is near it, centred on it. */
 TEST(stays_in_place)
 {
