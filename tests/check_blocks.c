@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Block-compressed textures, whatever their codecs do: how many blocks there
- * are and which texels they have, in memory and in containers. check_kern_*
- * judge the codecs.
+ * Block-compressed textures, whatever their codecs do: blocks that are alike,
+ * errors of any pixel format against sums in double, and other blocks.
+ * check_texture judges which texels blocks have, check_codecs what they are.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/half.h"
 #include "files.h"
-#include "kern/astc_hdr.h"
 #include "kern/bc6h.h"
 #include "maps.h"
 #include "test.h"
@@ -30,12 +28,6 @@ void test_setup(void)
 {
     ctx = test_ctx(2, IBL_ISA_AUTO);
     quiet = test_keeping_ctx(1, &kept);
-}
-
-static ibl_decode_block_fn *decoder_of(ibl_pixel pixel)
-{
-    return pixel == IBL_PIXEL_BC6H ? ibl_bc6h_decode_block
-                                   : ibl_astc_hdr_decode_block;
 }
 
 /* Smooth and bright in places, as a sky is. */
@@ -89,145 +81,10 @@ static ibl_cube decode(const ibl_texture *tex)
     return test_cube(cube);
 }
 
-/* ---- how many blocks ---------------------------------------------------- */
-
-/* ceil(n / 4)^2 blocks of 16 bytes a face, in every container. */
-TEST(sizes)
-{
-    for (int n = 1; n <= 17; n++) {
-        int levels = 1;
-        while (n >> levels)
-            levels++;
-        const ibl_cube cube = make_cube(n, levels);
-        size_t total = 0;
-        for (int l = 0; l < levels; l++) {
-            const int edge = n >> l, blocks = (edge + 3) / 4;
-            total += 6 * 16 * (size_t)(blocks * blocks);
-        }
-        for (int i = 0; i < PIXELS; i++) {
-            const ibl_texture tex =
-                encode(ctx, &cube, pixels[i], IBL_QUALITY_FAST);
-            CHECK(tex.bytes == total);
-            CHECK(ibl_texture_offset(&tex, levels, 0) == total);
-            for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
-                if (!ibl_container_holds(c, pixels[i]))
-                    continue;
-                size_t size;
-                unsigned char *b = texture_encode(ctx, &tex, c, &size);
-                const ibl_texture back = texture_decode(ctx, b, size);
-                CHECK(texture_same(&tex, &back));
-                CHECK(c != IBL_CONTAINER_DDS || size == 148 + total);
-            }
-        }
-    }
-}
-
-/* UASTC HDR and ASTC have one number in Vulkan, and two colour models. */
-TEST(holders)
-{
-    static const struct {
-        ibl_container container;
-        ibl_pixel pixel;
-    } refused[] = {{IBL_CONTAINER_KTX, IBL_PIXEL_UASTC_HDR},
-                   {IBL_CONTAINER_DDS, IBL_PIXEL_UASTC_HDR},
-                   {IBL_CONTAINER_DDS_LEGACY, IBL_PIXEL_BC6H},
-                   {IBL_CONTAINER_DDS, IBL_PIXEL_ASTC4X4HDR}};
-    const ibl_cube cube = make_cube(4, 1);
-    for (int i = 0; i < 4; i++) {
-        const ibl_texture tex =
-            encode(ctx, &cube, refused[i].pixel, IBL_QUALITY_FAST);
-        void *bytes;
-        size_t size;
-        CHECK(ibl_texture_encode(quiet, &tex, refused[i].container, &bytes,
-                                 &size) == IBL_ERR_UNSUPPORTED);
-        CHECK(test_said(&kept, ibl_pixel_name(refused[i].pixel)) &&
-              test_said(&kept, "KTX2"));
-    }
-    const ibl_texture a =
-        encode(ctx, &cube, IBL_PIXEL_UASTC_HDR, IBL_QUALITY_FAST);
-    const ibl_texture b =
-        encode(ctx, &cube, IBL_PIXEL_ASTC4X4HDR, IBL_QUALITY_FAST);
-    CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
-}
-
-/* ---- which texels ------------------------------------------------------- */
-
-/* Texel by texel, from the block that has it. */
-TEST(texels)
-{
-    for (int n = 1; n <= 9; n += 2) {
-        const ibl_cube cube = make_cube(n, 1);
-        const int row = (n + 3) / 4;
-        for (int i = 0; i < PIXELS; i++) {
-            const ibl_texture tex =
-                encode(ctx, &cube, pixels[i], IBL_QUALITY_NORMAL);
-            const ibl_cube back = decode(&tex);
-            for (int k = 0; k < 6 * n * n; k++) {
-                const int face = k / (n * n), y = k / n % n, x = k % n;
-                const int block = (face * row + y / 4) * row + x / 4;
-                uint16_t half[16][3];
-                decoder_of(pixels[i])(tex.data + 16 * block, half);
-                for (int c = 0; c < 3; c++)
-                    CHECK(back.data[3 * k + c] ==
-                          ibl_half_to_float(half[y % 4 * 4 + x % 4][c]));
-            }
-        }
-    }
-}
-
-/* Beyond the edges blocks repeat the last texels: a cube of 4 whose texels do
- * so has the blocks of a smaller one. */
-TEST(edges)
-{
-    for (int n = 1; n < 4; n++) {
-        const ibl_cube small = make_cube(n, 1);
-        ibl_cube whole = cube_alloc(ctx, 4, 1);
-        for (int k = 0; k < 6 * 16; k++) {
-            const int y = k / 4 % 4 < n ? k / 4 % 4 : n - 1;
-            const int x = k % 4 < n ? k % 4 : n - 1;
-            memcpy(whole.data + 3 * k,
-                   small.data + 3 * ((k / 16 * n + y) * n + x),
-                   3 * sizeof(float));
-        }
-        for (int i = 0; i < PIXELS; i++) {
-            const ibl_texture a =
-                encode(ctx, &small, pixels[i], IBL_QUALITY_NORMAL);
-            const ibl_texture b =
-                encode(ctx, &whole, pixels[i], IBL_QUALITY_NORMAL);
-            CHECK(a.bytes == b.bytes && !memcmp(a.data, b.data, a.bytes));
-        }
-    }
-}
-
-/* What is no radiance, and what lies beyond: counted once, not for the texels
- * that repeat it. */
-TEST(limits)
-{
-    for (int i = 0; i < PIXELS; i++) {
-        ibl_cube cube = make_cube(5, 1);
-        const ibl_texel_options opts = {.pixel = pixels[i],
-                                        .overflow = IBL_OVERFLOW_CLIP};
-        ibl_overflow_report report;
-        ibl_texture tex;
-        cube.data[3 * 24] = 1e6f; /* at a corner of face 0 */
-        for (size_t k = 3 * 25; k < 3 * 75; k++)
-            cube.data[k] = k < 3 * 50 ? NAN : -5;
-        NEED(!ibl_texture_from_cube(ctx, &cube, &opts, &tex, &report));
-        texture_owned(tex);
-        CHECK(report.values == 1 && report.level[0].texels == 1);
-        const ibl_cube back = decode(&tex);
-        for (size_t k = 0; k < cube_floats(&back); k++)
-            CHECK(back.data[k] >= 0 &&
-                  back.data[k] <= ibl_pixel_max(pixels[i]));
-        CHECK_NEAR((double)back.data[3 * 24], (double)ibl_pixel_max(pixels[i]),
-                   0.02 * (double)ibl_pixel_max(pixels[i]));
-        for (size_t k = 3 * 25; k < 3 * 75; k++)
-            CHECK(back.data[k] == 0);
-    }
-}
+/* ---- blocks alike -------------------------------------------------------- */
 
 /* Blocks alike take fewer bytes for any threads; what has no such blocks is as
- * without. */
+ * without; the best quality has none. */
 TEST(alike)
 {
     const ibl_cube cube = make_cube(64, 2);
@@ -247,6 +104,15 @@ TEST(alike)
         else
             CHECK(packed_bytes(&a) < 0.95 * packed_bytes(&plain));
     }
+    const ibl_cube small = make_cube(64, 1);
+    const ibl_texture best =
+        encode(ctx, &small, IBL_PIXEL_UASTC_HDR, IBL_QUALITY_BEST);
+    const ibl_texture same =
+        encode_with(ctx, &small,
+                    (ibl_texel_options){.pixel = IBL_PIXEL_UASTC_HDR,
+                                        .quality = IBL_QUALITY_BEST,
+                                        .alike = 1});
+    CHECK(texture_same(&best, &same));
 }
 
 /* Blocks are nearly those four rows of blocks above, an octave brighter. */
@@ -276,32 +142,6 @@ TEST(alike_beyond_calls)
     opts.alike = 1;
     const ibl_texture a = encode_with(ctx, &cube, opts);
     CHECK(packed_bytes(&a) < 0.9 * packed_bytes(&plain));
-}
-
-/* The best quality has none. */
-TEST_SLOW(best_is_not_alike)
-{
-    ibl_texel_options opts = {.pixel = IBL_PIXEL_UASTC_HDR,
-                              .quality = IBL_QUALITY_BEST};
-    const ibl_cube cube = make_cube(64, 1);
-    const ibl_texture plain = encode_with(ctx, &cube, opts);
-    opts.alike = 1;
-    const ibl_texture best = encode_with(ctx, &cube, opts);
-    CHECK(texture_same(&plain, &best));
-}
-
-TEST(qualities)
-{
-    const ibl_cube cube = make_cube(4, 1);
-    for (size_t p = 0; p < PIXELS; p++) {
-        ibl_texel_options opts = ibl_texel_options_default();
-        ibl_texture tex = {0};
-        opts.pixel = pixels[p];
-        opts.quality = IBL_QUALITY_BEST + 1;
-        CHECK(ibl_texture_from_cube(quiet, &cube, &opts, &tex, NULL) ==
-              IBL_ERR_ARGUMENT);
-        CHECK(!tex.data);
-    }
 }
 
 TEST(unblocked)
@@ -364,37 +204,6 @@ TEST(errors)
     }
 }
 
-/* |t|^2 is a denormal float here, and |d - t|^2 / |t|^2 beyond all floats. */
-TEST(errors_of_the_dark)
-{
-    ibl_cube bright = cube_alloc(ctx, 4, 1), dark = cube_alloc(ctx, 4, 1);
-    ibl_pixel_error error[IBL_MAX_LEVELS];
-    for (size_t i = 0; i < 3 * ibl_cube_texels(4, 1); i++) {
-        bright.data[i] = 1;
-        dark.data[i] = 1e-20F;
-    }
-    const ibl_texture tex =
-        encode(ctx, &bright, IBL_PIXEL_RGBA32F, IBL_QUALITY_FAST);
-    for (ibl_isa isa = IBL_ISA_AUTO; isa <= IBL_ISA_C; isa++) {
-        NEED(!ibl_texture_errors(test_ctx(1, isa), &tex, &dark, error));
-        CHECK_NEAR(error->relative / 1e20, 1, 1e-5);
-        CHECK_NEAR(error->nrmse / 1e20, 1, 1e-5);
-    }
-}
-
-TEST(errors_refused)
-{
-    const ibl_cube cube = make_cube(8, 2), other = make_cube(8, 1);
-    const ibl_texture tex =
-        encode(ctx, &cube, IBL_PIXEL_BC6H, IBL_QUALITY_FAST);
-    ibl_pixel_error error[IBL_MAX_LEVELS];
-    CHECK(ibl_texture_errors(quiet, &tex, &other, error) == IBL_ERR_ARGUMENT);
-    const ibl_texture *const two[] = {&tex, &tex};
-    const ibl_texture array = texture_array(ctx, two, 2);
-    CHECK(ibl_texture_errors(quiet, &array, &cube, error) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_texture_errors(quiet, &tex, &cube, NULL) == IBL_ERR_ARGUMENT);
-}
-
 /* ---- files of others ----------------------------------------------------- */
 
 /* VkFormat 144, DXGI 96 and GL's 0x8E8E become halves. */
@@ -446,34 +255,4 @@ TEST(other_astc)
     CHECK(test_said(&kept, "UASTC HDR") && !back.data);
     CHECK(ibl_texture_unblock(quiet, &tex) == IBL_ERR_UNSUPPORTED);
     CHECK(tex.pixel == IBL_PIXEL_ASTC4X4HDR);
-}
-
-/* Rows cannot be turned over inside of blocks. */
-TEST(bottom_up)
-{
-    ibl_texture tex = texture_owned(texture_random(ctx, IBL_PIXEL_BC6H,
-                                                   (int[]){8, 8, 1, 1}, 1)),
-                back;
-    size_t size;
-    unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
-    for (size_t i = 64; i < 100; i++)
-        if (!memcmp(b + i, "T=d", 3))
-            b[i + 2] = 'u';
-    CHECK(ibl_texture_decode(quiet, "x", b, size, &back, NULL) ==
-          IBL_ERR_UNSUPPORTED);
-    CHECK(test_said(&kept, "bottom"));
-}
-
-TEST(damaged)
-{
-    for (ibl_container c = 0; c < IBL_CONTAINER_DDS_LEGACY; c++) {
-        ibl_texture tex = texture_owned(
-            texture_random(ctx, IBL_PIXEL_BC6H, (int[]){5, 5, 2, 6}, 1));
-        size_t places[60], size;
-        unsigned char *b = texture_encode(ctx, &tex, c, &size);
-        texture_damage(quiet, b, size);
-        for (size_t k = 0; k < 60; k++)
-            places[k] = 12 + k * 4 % (size - 16);
-        texture_damage_words(quiet, b, size, places, 60, 19);
-    }
 }

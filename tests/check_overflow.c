@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Light that a pixel format cannot hold: kept by energy, by the cube's
- * symmetries, and in the texels that touch it. Which do is found by corners
- * that texels have in common, as whole numbers in space.
+ * Light that a pixel format cannot hold: laws of energy, of the cube's
+ * symmetries, and of the texels that touch it, for each map of a table. Which
+ * touch is found by corners that texels have in common, as whole numbers.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -128,212 +128,166 @@ TEST(one_light)
     }
 }
 
-/* Noise over eight decades, with lights of five times the largest half in some
- * of its texels, more in red than in blue. */
-static ibl_cube noisy(int n, uint64_t seed, int lights)
+/* ---- laws ---------------------------------------------------------------- */
+
+/* Maps. values: of all texels, or the most of noise. lights: some texels of
+ * five to ten times the largest half, unlike; where: those that look there, if
+ * their dot product with it is above the cosine. */
+static const struct {
+    const char *name;
+    int size;
+    double values, noise; /* decades */
+    int lights;
+    double where[4], bright;
+    double lost; /* of the light; < 0: none */
+} maps[] = {
+    {"black", 9, 0, 0, 0, {0}, 0, -1},
+    {"the largest half", 9, 65504, 0, 0, {0}, 0, -1},
+    {"above it", 9, 65505, 0, 0, {0}, 0, 1.0 / 65505},
+    {"far above it", 9, 1e6, 0, 0, {0}, 0, 1 - 0.065504},
+    {"the largest floats", 6, 3.4e38, 0, 0, {0}, 0, 1},
+    {"few lights that meet", 5, 1e4, 8, 3, {0}, 0, -1},
+    {"lights that meet", 12, 1e4, 8, 40, {0}, 0, -1},
+    {"others", 13, 1e4, 8, 30, {0}, 0, -1},
+    {"many texels", 77, 1e4, 8, 25, {0}, 0, -1},
+    {"a corner", 12, 0.25, 0, 0, {1, 1, 1, 0.986}, 4e6, -1},
+    {"an edge", 13, 0.25, 0, 0, {1, 0, -1, 0.988}, 4e6, -1},
+    {"a pole", 12, 0.25, 0, 0, {0, -1, 0, 0.986}, 4e6, -1},
+    {"half of the sphere, nearly full",
+     48,
+     0,
+     0,
+     0,
+     {0, 1, 0, 0},
+     1.9 * 65504,
+     -1},
+    {"half of the sphere, too much",
+     48,
+     0,
+     0,
+     0,
+     {0, 1, 0, 0},
+     2.1 * 65504,
+     0.1 / 2.1},
+};
+
+static ibl_cube make_map(int k)
 {
-    ibl_cube cube = constant(n, 0);
-    test_random r = {seed};
-    for (size_t i = 0; i < cube_floats(&cube); i++)
-        cube.data[i] = (float)pow(10, 8 * test_random_unit(&r) - 4);
-    for (int k = 0; k < lights; k++) {
+    const int n = maps[k].size, texels = IBL_FACES * n * n;
+    const double *at = maps[k].where;
+    ibl_cube cube = constant(n, (float)maps[k].values);
+    test_random r = {(uint64_t)k};
+    for (size_t i = 0; maps[k].noise > 0 && i < cube_floats(&cube); i++)
+        cube.data[i] *= (float)pow(10, -maps[k].noise * test_random_unit(&r));
+    for (int i = 0; i < maps[k].lights; i++) {
         const double v = 5 * (double)half_max * (1 + test_random_unit(&r));
-        set_texel(&cube, (int)(test_random_u64(&r) % (6 * (unsigned)(n * n))),
-                  v, v / 2, v / 7);
+        set_texel(&cube, test_random_below(&r, texels), v, v / 2, v / 7);
     }
-    return cube;
-}
-
-static void check_kept(const ibl_cube *cube, const ibl_cube *got, double slack)
-{
-    for (int c = 0; c < 3; c++) {
-        const double want = cube_mean(cube, 0, c), mean = cube_mean(got, 0, c);
-        CHECK_MSG(fabs(mean - want) <= slack * want,
-                  "size %d: channel %d has %.9g, had %.9g", cube->size, c, mean,
-                  want);
-    }
-}
-
-/* The mean of each channel; nothing is darker, nothing beyond. */
-TEST(mean_is_kept)
-{
-    for (int n = 5; n < 80; n += 9) {
-        ibl_cube cube = noisy(n, (uint64_t)n, n / 3);
-        ibl_overflow_level level;
-        ibl_cube got = settled(&cube, half_max, &level);
-        check_kept(&cube, &got, 1e-6);
-        CHECK(level.texels > 0 && level.moved > 0 && level.lost == 0);
-        for (size_t i = 0; i < cube_floats(&cube); i++)
-            CHECK(got.data[i] >= fminf(cube.data[i], half_max) &&
-                  got.data[i] <= half_max);
-        got = stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, NULL);
-        check_kept(&cube, &got, 1e-4);
-    }
-}
-
-/* Largest values per channel; small ones round by the scale of large ones. */
-TEST(other_pixels)
-{
-    const double max[IBL_PIXEL_COUNT][3] = {
-        [IBL_PIXEL_RGBA16F] = {65504, 65504, 65504},
-        [IBL_PIXEL_RGB9E5] = {65408, 65408, 65408},
-        [IBL_PIXEL_R11G11B10F] = {65024, 65024, 64512}};
-    for (int p = 0; p < IBL_PIXEL_COUNT; p++) {
-        if (max[p][0] == 0)
-            continue;
-        ibl_cube cube = constant(64, 1); /* two jobs */
-        ibl_overflow_report report;
-        set_texel(&cube, 700, 5e5, 6e5, 7e5);
-        ibl_cube got =
-            stored(&cube, (ibl_pixel)p, IBL_OVERFLOW_SPREAD, &report);
-        check_kept(&cube, &got, 1e-2);
-        CHECK(report.values == 3 && report.level[0].texels == 1);
-        for (int c = 0; c < 3; c++)
-            CHECK((double)got.data[3 * 700 + c] == max[p][c]);
-        /* A little of one channel. */
-        for (int c = 0; c < 3; c++) {
-            set_texel(&cube, 700, 3, 3, 3);
-            cube.data[3 * 700 + c] = (float)(1.004 * max[p][c]);
-            got = stored(&cube, (ibl_pixel)p, IBL_OVERFLOW_SPREAD, &report);
-            CHECK(report.values == 1 && report.level[0].texels == 1);
-            CHECK(got.data[3 * 701 + c] > 5 && got.data[3 * 699 + c] > 5);
-        }
-    }
-    ibl_cube cube = noisy(16, 1, 9);
-    ibl_overflow_report report;
-    ibl_cube got =
-        stored(&cube, IBL_PIXEL_RGBA32F, IBL_OVERFLOW_SPREAD, &report);
-    CHECK(!memcmp(got.data, cube.data, cube_floats(&cube) * sizeof(float)));
-    CHECK(report.values == 0);
-}
-
-/* The texel whose centre looks there. */
-static int texel_towards(int n, const double dir[3])
-{
-    int best = 0;
-    double most = -1;
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
+    for (int i = 0; i < texels && maps[k].bright > 0; i++) {
         double d[3];
         look(n, i, d);
-        if (test_dot(d, dir) > most) {
-            most = test_dot(d, dir);
-            best = i;
-        }
+        if (test_dot(d, at) > at[3] * sqrt(test_dot(at, at)))
+            set_texel(&cube, i, maps[k].bright, maps[k].bright, maps[k].bright);
     }
-    return best;
+    return cube;
 }
 
 /* The texel where i is when axes are exchanged or turned over. map[k]: 1 + the
  * axis that k is, with a sign. */
 static int moved(int n, int i, const int map[3])
 {
-    double d[3], e[3];
+    double d[3], e[3], most = -1;
+    int best = 0;
     look(n, i, d);
     for (int k = 0; k < 3; k++)
         e[k] = map[k] < 0 ? -d[-map[k] - 1] : d[map[k] - 1];
-    return texel_towards(n, e);
+    for (int t = 0; t < IBL_FACES * n * n; t++) {
+        look(n, t, d);
+        if (test_dot(d, e) > most) {
+            most = test_dot(d, e);
+            best = t;
+        }
+    }
+    return best;
 }
 
-/* Lights around a direction that stays where axes are exchanged or turned over:
- * so does what becomes of them, bit for bit. */
-static void check_symmetry(int n, const double towards[3], const int map[3])
+static void check_kept(const ibl_cube *cube, const ibl_cube *got, double slack,
+                       const char *what)
 {
-    ibl_cube cube = constant(n, 0.25f);
-    ibl_overflow_level level;
-    const double length = sqrt(test_dot(towards, towards));
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
-        double d[3];
-        look(n, i, d);
-        if (test_dot(d, towards) > length * cos(2.0 / n))
-            set_texel(&cube, i, 4e6, 7e5, 1e4);
-    }
-    ibl_cube got = settled(&cube, half_max, &level);
-    CHECK(level.texels > 0);
-    for (int i = 0; i < IBL_FACES * n * n; i++) {
-        CHECK(!memcmp(got.data + 3 * i, got.data + 3 * moved(n, i, map),
-                      3 * sizeof(float)));
+    for (int c = 0; c < 3; c++) {
+        const double want = cube_mean(cube, 0, c), mean = cube_mean(got, 0, c);
+        CHECK_MSG(fabs(mean - want) <= slack * want,
+                  "%s: channel %d has %.9g, had %.9g", what, c, mean, want);
     }
 }
 
+/* Nothing is darker or beyond; the mean of each channel stays, or all that has
+ * no room is lost; which texels are over, and what they move, is told. */
+TEST(energy)
+{
+    for (int k = 0; k < (int)(sizeof maps / sizeof *maps); k++) {
+        const ibl_cube cube = make_map(k);
+        const int texels = IBL_FACES * cube.size * cube.size;
+        ibl_overflow_report report;
+        ibl_overflow_level level;
+        double over = 0, all = 0;
+        int bright = 0;
+        for (int i = 0; i < texels; i++) {
+            bool is = false;
+            for (int c = 0; c < 3; c++) {
+                const double v = (double)cube.data[3 * i + c];
+                over += fmax(v - (double)half_max, 0) * angle_of(cube.size, i);
+                all += v * angle_of(cube.size, i);
+                is |= v > (double)half_max;
+            }
+            bright += is;
+        }
+        const ibl_cube got = bright ? settled(&cube, half_max, &level)
+                                    : stored(&cube, IBL_PIXEL_RGBA16F,
+                                             IBL_OVERFLOW_SPREAD, &report);
+        if (!bright)
+            level = report.level[0];
+        for (int i = 0; i < 3 * texels; i++)
+            CHECK(got.data[i] >= fminf(cube.data[i], half_max) &&
+                  got.data[i] <= half_max);
+        CHECK(level.texels == (size_t)bright);
+        CHECK_NEAR(level.moved + level.lost, bright ? over / all : 0, 1e-6);
+        if (maps[k].lost < 0) {
+            check_kept(&cube, &got, 1e-6, maps[k].name);
+            const ibl_cube halves =
+                stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, &report);
+            check_kept(&cube, &halves, 1e-4, maps[k].name);
+        }
+        CHECK_NEAR(level.lost, fmax(maps[k].lost, 0), 1e-6);
+    }
+}
+
+/* Maps that are turned or mirrored become what is turned or mirrored: which
+ * light comes first is seen by how bright it is. */
 TEST(symmetry)
 {
-    for (int n = 12; n < 14; n++) {
-        check_symmetry(n, (double[]){1, 1, 1}, (int[]){2, 3, 1});
-        check_symmetry(n, (double[]){-1, 1, 1}, (int[]){-2, -1, 3});
-        check_symmetry(n, (double[]){1, 0, -1}, (int[]){-3, 2, -1});
-        check_symmetry(n, (double[]){1, 0, -1}, (int[]){1, -2, 3});
-        check_symmetry(n, (double[]){0, -1, 0}, (int[]){3, 2, -1});
-        check_symmetry(n, (double[]){0, 0, 1}, (int[]){2, 1, 3});
-    }
-}
-
-TEST(constant_maps)
-{
-    const float values[] = {0, 1, half_max, 65505, 1e6f};
-    for (size_t k = 0; k < 5; k++) {
-        ibl_cube cube = constant(9, values[k]);
-        ibl_overflow_report report;
-        const float want = fminf(values[k], half_max);
-        const double lost =
-            values[k] > 0 ? (double)(values[k] - want) / (double)values[k] : 0;
-        ibl_cube got =
-            stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, &report);
-        for (size_t i = 0; i < cube_floats(&got); i++)
-            CHECK(got.data[i] == want);
-        CHECK(report.level[0].texels == (lost > 0 ? 6 * 81 : 0));
-        CHECK_NEAR(report.level[0].lost, lost, 1e-6);
-        CHECK(report.level[0].moved == 0);
-    }
-}
-
-/* Half of the sphere is too bright; the whole has just room for it, or not. */
-TEST(nearly_full)
-{
-    for (int k = 0; k < 2; k++) {
-        ibl_cube cube = constant(48, 0);
+    static const int turns[][3] = {
+        {-1, 2, 3}, {1, -2, 3}, {2, 1, 3}, {3, 1, 2}, {-3, 2, -1}};
+    for (int n = 0; n < 5 * (int)(sizeof maps / sizeof *maps); n++) {
+        const int k = n / 5, size = maps[k].size;
+        const int texels = IBL_FACES * size * size;
+        if (size > 13 || !(maps[k].lights || maps[k].bright > 0))
+            continue;
+        ibl_cube cube = make_map(k), turned = constant(size, 0);
         ibl_overflow_level level;
-        const double bright = (k ? 2.1 : 1.9) * (double)half_max;
-        for (int i = 0; i < 6 * 48 * 48; i++) {
-            double d[3];
-            look(48, i, d);
-            if (d[1] > 0)
-                set_texel(&cube, i, bright, bright, bright);
-        }
-        ibl_cube got = settled(&cube, half_max, &level);
-        if (k == 0) {
-            check_kept(&cube, &got, 1e-6);
-            CHECK(level.lost == 0);
-            CHECK_NEAR(level.moved, 0.9 / 1.9, 1e-6);
-        } else {
-            for (size_t i = 0; i < cube_floats(&got); i++)
-                CHECK(got.data[i] == half_max);
-            CHECK_NEAR(level.lost, 0.1 / 2.1, 1e-6);
-            CHECK_NEAR(level.moved, 1 / 2.1, 1e-6);
-        }
-    }
-}
-
-/* Unlike lights that meet: which comes first is seen by how bright it is, and
- * so what becomes of them turns over as they do. */
-TEST(unlike_lights)
-{
-    static const int maps[][3] = {{-1, 2, 3}, {1, -2, 3}, {2, 1, 3}, {3, 1, 2}};
-    const int n = 12, texels = IBL_FACES * n * n;
-    for (uint64_t seed = 1; seed <= 8; seed++) {
-        ibl_cube cube = noisy(n, seed, 40), turned = constant(n, 0);
-        ibl_overflow_level level;
-        const int *map = maps[seed % 4];
-        for (int i = 0; i < texels; i++)
-            memcpy(turned.data + 3 * moved(n, i, map), cube.data + 3 * i,
+        int *to = test_alloc((size_t)texels, sizeof *to);
+        for (int i = 0; i < texels; i++) {
+            to[i] = moved(size, i, turns[n % 5]);
+            memcpy(turned.data + 3 * to[i], cube.data + 3 * i,
                    3 * sizeof(float));
-        ibl_cube a = settled(&cube, half_max, &level);
-        ibl_cube b = settled(&turned, half_max, &level);
-        for (int i = 0; i < texels; i++)
-            for (int c = 0; c < 3; c++) {
-                const double want = (double)a.data[3 * i + c];
-                CHECK_NEAR((double)b.data[3 * moved(n, i, map) + c], want,
-                           1e-6 * want);
-            }
+        }
+        const ibl_cube a = settled(&cube, half_max, &level);
+        const ibl_cube b = settled(&turned, half_max, &level);
+        for (int i = 0; i < 3 * texels; i++) {
+            const double want = (double)a.data[i];
+            CHECK_NEAR((double)b.data[3 * to[i / 3] + i % 3], want,
+                       1e-6 * want);
+        }
     }
 }
 
@@ -385,6 +339,38 @@ TEST(stays_in_place)
     }
 }
 
+/* ---- pixels -------------------------------------------------------------- */
+
+/* Largest values per channel; small ones round by the scale of large ones. */
+TEST(other_pixels)
+{
+    const double max[IBL_PIXEL_COUNT][3] = {
+        [IBL_PIXEL_RGBA16F] = {65504, 65504, 65504},
+        [IBL_PIXEL_RGB9E5] = {65408, 65408, 65408},
+        [IBL_PIXEL_R11G11B10F] = {65024, 65024, 64512}};
+    for (int p = 0; p < IBL_PIXEL_COUNT; p++) {
+        if (max[p][0] == 0)
+            continue;
+        ibl_cube cube = constant(64, 1); /* two jobs */
+        ibl_overflow_report report;
+        set_texel(&cube, 700, 5e5, 6e5, 7e5);
+        ibl_cube got =
+            stored(&cube, (ibl_pixel)p, IBL_OVERFLOW_SPREAD, &report);
+        check_kept(&cube, &got, 1e-2, ibl_pixel_name((ibl_pixel)p));
+        CHECK(report.values == 3 && report.level[0].texels == 1);
+        for (int c = 0; c < 3; c++)
+            CHECK((double)got.data[3 * 700 + c] == max[p][c]);
+        /* A little of one channel. */
+        for (int c = 0; c < 3; c++) {
+            set_texel(&cube, 700, 3, 3, 3);
+            cube.data[3 * 700 + c] = (float)(1.004 * max[p][c]);
+            got = stored(&cube, (ibl_pixel)p, IBL_OVERFLOW_SPREAD, &report);
+            CHECK(report.values == 1 && report.level[0].texels == 1);
+            CHECK(got.data[3 * 701 + c] > 5 && got.data[3 * 699 + c] > 5);
+        }
+    }
+}
+
 /* Infinity is clipped; what is no number takes nothing. */
 TEST(no_numbers)
 {
@@ -400,18 +386,6 @@ TEST(no_numbers)
     CHECK(level.texels == 3 && level.lost == 0);
 }
 
-/* The largest floats in all texels of a level but one. */
-TEST(largest_floats)
-{
-    ibl_cube cube = constant(6, 3.4e38f);
-    ibl_overflow_level level;
-    set_texel(&cube, 17, 0, 0, 0);
-    ibl_cube got = settled(&cube, half_max, &level);
-    for (size_t i = 0; i < cube_floats(&got); i++)
-        CHECK(got.data[i] == half_max);
-    CHECK_NEAR(level.lost, 1, 1e-9);
-}
-
 /* Clipping is what encoding does. Both have a report for each level. */
 TEST(clip)
 {
@@ -420,68 +394,41 @@ TEST(clip)
     for (size_t i = 0; i < cube_floats(&cube); i++)
         cube.data[i] = 1;
     set_texel(&cube, 6 * 256 + 70, 655040, 1, 1);
+    const double angle = ibl_cube_solid_angle(8, 70 % 8, 70 / 8 % 8);
+    const double all = 3 * 4 * M_PI + 655039 * angle;
     got = stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_CLIP, &report);
     for (size_t i = 0; i < cube_floats(&cube); i++)
         CHECK(got.data[i] == fminf(cube.data[i], half_max));
     CHECK(report.values == 1 && report.level[1].texels == 1);
     CHECK(report.level[0].texels == 0 && report.level[2].texels == 0);
-    const double angle = ibl_cube_solid_angle(8, 70 % 8, 70 / 8 % 8);
-    const double all = 3 * 4 * 3.14159265358979 + 655039 * angle;
     CHECK_NEAR(report.level[1].lost, (655040 - 65504) * angle / all, 1e-9);
     CHECK(report.level[1].moved == 0);
     got = stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, &report);
     CHECK_NEAR(report.level[1].moved, (655040 - 65504) * angle / all, 1e-9);
-    CHECK(report.level[1].lost == 0);
-    for (size_t i = 0; i < 3 * 6 * 256; i++)
-        CHECK(got.data[i] == 1);
+    CHECK(report.level[1].lost == 0 && got.data[0] == 1);
 }
 
 /* A largest value that was asked for, below the pixel's and above it. */
 TEST(largest)
 {
-    ibl_cube cube = noisy(16, 5, 4);
-    const float most = half_max / 16;
-    ibl_texel_options o = {.pixel = IBL_PIXEL_RGBA32F, .largest = (double)most};
-    ibl_overflow_report report;
-    ibl_overflow_level level;
-    ibl_texture tex = {0};
-    ibl_cube got = {0};
-    CHECK(ibl_texture_from_cube(ctx, &cube, &o, &tex, &report) == IBL_OK &&
-          ibl_texture_to_cube(ctx, &tex, &got) == IBL_OK);
-    ibl_texture_free(&tex);
-    got = test_cube(got);
-    ibl_cube want = settled(&cube, most, &level);
-    CHECK(!memcmp(got.data, want.data, cube_floats(&cube) * sizeof(float)));
-    CHECK(report.level[0].texels == level.texels && level.texels > 0);
-    check_kept(&cube, &got, 1e-6);
-
-    o = (ibl_texel_options){.pixel = IBL_PIXEL_RGBA16F, .largest = 1e9};
-    CHECK(ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL) == IBL_OK &&
-          ibl_texture_to_cube(ctx, &tex, &got) == IBL_OK);
-    ibl_texture_free(&tex);
-    got = test_cube(got);
-    want = stored(&cube, IBL_PIXEL_RGBA16F, IBL_OVERFLOW_SPREAD, NULL);
-    CHECK(!memcmp(got.data, want.data, cube_floats(&cube) * sizeof(float)));
-}
-
-TEST(same_bytes)
-{
-    ibl_cube cube = noisy(60, 3, 400);
-    ibl_texture first = {0};
-    for (int threads = 1; threads < 4; threads++)
-        for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
-             isa = test_next_isa(isa)) {
-            ibl_ctx *other = test_ctx(threads, isa);
-            ibl_texture tex;
-            NEED(!ibl_texture_from_cube(other, &cube, NULL, &tex, NULL));
-            if (!first.data)
-                first = tex;
-            else
-                CHECK(texture_same(&first, &tex));
-            if (first.data != tex.data)
-                ibl_texture_free(&tex);
-        }
-    ibl_texture_free(&first);
+    static const double largest[] = {65504.0 / 16, 1e9};
+    const ibl_cube cube = make_map(6);
+    for (int i = 0; i < 2; i++) {
+        const ibl_texel_options o = {.pixel = i ? IBL_PIXEL_RGBA16F
+                                                : IBL_PIXEL_RGBA32F,
+                                     .largest = largest[i]};
+        ibl_overflow_level level;
+        ibl_texture tex = {0};
+        ibl_cube got = {0};
+        NEED(!ibl_texture_from_cube(ctx, &cube, &o, &tex, NULL) &&
+             !ibl_texture_to_cube(ctx, &tex, &got));
+        ibl_texture_free(&tex);
+        test_cube(got);
+        const ibl_cube want =
+            i ? stored(&cube, o.pixel, IBL_OVERFLOW_SPREAD, NULL)
+              : settled(&cube, (float)largest[i], &level);
+        CHECK(!memcmp(got.data, want.data, cube_floats(&cube) * sizeof(float)));
+    }
 }
 
 void test_setup(void)

@@ -62,6 +62,9 @@ programs() {
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
             */tsan/tests/check_point_lights | \
             */tsan/tests/check_lobe_coefficients | */tsan/tests/check_pixel | \
+            */tsan/tests/check_codecs | */tsan/tests/check_mips | \
+            */tsan/tests/check_overflow | */tsan/tests/check_sidecar | \
+            */tsan/tests/check_engine | \
             */tsan/tests/check_probes | */tsan/tests/check_test) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac

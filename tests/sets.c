@@ -86,14 +86,6 @@ bool sets_bake(const char *directory, const char *options)
                     sets_file(), others, directory, options);
 }
 
-bool sets_save(ibl_ctx *ctx, const char *name, const ibl_texture *tex,
-               ibl_container container)
-{
-    size_t size;
-    const void *bytes = texture_encode(ctx, tex, container, &size);
-    return file_save(file_path(name), bytes, size);
-}
-
 const char *sets_open(ibl_ctx *ctx, const char *name, baked_set *set)
 {
     const view_request what = {.path = file_path(name)};

@@ -20,9 +20,6 @@ ibl_image sets_read_map(ibl_ctx *ctx);
 
 /* Runs the program on that file into a directory of that name. */
 bool sets_bake(const char *directory, const char *options);
-/* A texture as a file of that name there. */
-bool sets_save(ibl_ctx *ctx, const char *name, const ibl_texture *tex,
-               ibl_container container);
 /* A set of the test's directory, which must open, until the running test has
  * ended. What was said of it: static storage, overwritten by the next. */
 const char *sets_open(ibl_ctx *ctx, const char *name, baked_set *set);

@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #include "files.h"
 #include "io/blocks.h"
@@ -169,42 +168,4 @@ void texture_damage(ibl_ctx *quiet, unsigned char *bytes, size_t size)
         }
         bytes[i] = old;
     }
-}
-
-void texture_damage_words(ibl_ctx *quiet, const unsigned char *bytes,
-                          size_t size, const size_t *places, size_t place_count,
-                          uint64_t seed)
-{
-    static const uint32_t lies[] = {
-        0,     1,          2,          3,          6,         2048,
-        65536, 0x2AAAAAAB, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
-    const size_t lie_count = sizeof lies / sizeof lies[0];
-    unsigned char *many = malloc(size);
-    test_random r = {seed};
-
-    if (!many)
-        exit(1);
-    for (int n = 0; n < 4000; n++) {
-        memcpy(many, bytes, size);
-        for (int k = 0; k < 3; k++)
-            file_set_u32(many + places[test_random_u64(&r) % place_count],
-                         lies[test_random_u64(&r) % lie_count]);
-        decode_copy(quiet, many, size);
-    }
-    free(many);
-}
-
-void texture_boundless(ibl_ctx *quiet, const unsigned char *bytes, size_t size)
-{
-    struct rlimit limit, less;
-    ibl_texture back;
-
-    NEED(!getrlimit(RLIMIT_AS, &limit));
-    less = limit;
-    less.rlim_cur = (rlim_t)1 << 30;
-    if (!TEST_SANITIZED)
-        NEED(!setrlimit(RLIMIT_AS, &less));
-    CHECK(ibl_texture_decode(quiet, "big", bytes, size, &back, NULL) ==
-          IBL_ERR_FORMAT);
-    setrlimit(RLIMIT_AS, &limit);
 }

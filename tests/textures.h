@@ -31,17 +31,9 @@ bool texture_same(const ibl_texture *a, const ibl_texture *b);
 /* Whether a key has that value; NULL: is not there. */
 bool texture_has(const ibl_texture *tex, const char *key, const char *value);
 
-/* These decode copies of a file in a context that prints nothing, and check
- * that each is refused or read as no more than it can hold. Cut everywhere, and
- * one byte changed; bytes are as they were afterwards. */
+/* Decodes copies of a file, cut everywhere and with one byte changed, in a
+ * context that prints nothing, and checks that each is refused or read as no
+ * more than it can hold. bytes are as they were afterwards. */
 void texture_damage(ibl_ctx *quiet, unsigned char *bytes, size_t size);
-/* Three words at places at once, by values that overflow sums and products. */
-void texture_damage_words(ibl_ctx *quiet, const unsigned char *bytes,
-                          size_t size, const size_t *places, size_t place_count,
-                          uint64_t seed);
-/* Checks that a file whose header is of far more than there is is refused
- * before memory is taken, which a limit shows where a sanitizer does not map
- * terabytes of its own. */
-void texture_boundless(ibl_ctx *quiet, const unsigned char *bytes, size_t size);
 
 #endif
