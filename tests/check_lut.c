@@ -133,69 +133,6 @@ TEST(samples)
 
 /* ---- the other kinds -------------------------------------------------- */
 
-/* Smith's Lambda of Charlie's D, Estevez and Kulla's figures by hand. */
-static double lambda(double x, double a)
-{
-    const double s = (1 - a) * (1 - a), t = 1 - s;
-    const double p[5] = {25.3245 * s + 21.5473 * t, 3.32435 * s + 3.82987 * t,
-                         0.16801 * s + 0.19823 * t, -1.27393 * s - 1.97760 * t,
-                         -4.85967 * s - 4.32054 * t};
-    const double y = x < 0.5 ? x : 1 - x;
-    const double l = p[0] / (1 + p[1] * pow(y, p[2])) + p[3] * y + p[4];
-    const double middle =
-        p[0] / (1 + p[1] * pow(0.5, p[2])) + p[3] * 0.5 + p[4];
-
-    return exp(x < 0.5 ? l : 2 * middle - l);
-}
-
-/* E by equal steps over directions L: N.L = m^2, which is denser at the
- * horizon, and phi. */
-static void sheen_by_light(double nv, double r, double e[2])
-{
-    enum {
-        N = 700
-    };
-    const double a = r * r, sv = sqrt(1 - nv * nv), pi = acos(-1);
-
-    e[0] = e[1] = 0;
-    for (int i = 0; i < N; i++) {
-        const double m = (i + 0.5) / N, nl = m * m, sl = sqrt(1 - nl * nl);
-        const double both = 1 + lambda(nv, a) + lambda(nl, a);
-        for (int k = 0; k < N; k++) {
-            const double vl = nv * nl + sv * sl * cos(pi * (k + 0.5) / N);
-            const double nh2 = (nv + nl) * (nv + nl) / (2 + 2 * vl);
-            const double d = (2 + 1 / a) / (2 * pi) *
-                             pow(fmax(1 - nh2, 0), 0.5 / a) * nl * 2 * m / N *
-                             2 * pi / N;
-            e[0] += d / (4 * (nl + nv - nl * nv));
-            e[1] += d / (4 * nl * nv * both);
-        }
-    }
-}
-
-static const double points[][2] = {{0.03, 0.1}, {0.2, 0.25}, {0.5, 0.6},
-                                   {0.77, 0.9}, {0.1, 1},    {0.95, 0.5}};
-
-/* The reference itself, and its closed form at N.V = 1, alpha = 1: with
- * Ashikhmin's V, D = 3 sin(theta_h) / 2pi and x = sin(theta_h)
- *     E = 3 integral of x^2 (1 - 2 x^2) dx over 0..sqrt(1/2) = sqrt(1/2) / 5 */
-TEST(sheen_reference)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    double e[2], want[2];
-
-    NEED(!ibl_reference_sheen(ctx, 1, 1, e));
-    CHECK_NEAR(e[0], sqrt(0.5) / 5, 1e-9);
-    for (size_t k = 0; k < sizeof points / sizeof *points; k++) {
-        NEED(!ibl_reference_sheen(ctx, points[k][0], points[k][1], e));
-        sheen_by_light(points[k][0], points[k][1], want);
-        CHECK_NEAR(e[0], want[0], 2e-4);
-        CHECK_NEAR(e[1], want[1], 2e-4);
-    }
-    CHECK(ibl_reference_sheen(ctx, 0, 1, e) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_sheen(ctx, 1, 0, e) == IBL_ERR_ARGUMENT);
-}
-
 /* Sizes with and without interpolation. */
 TEST(charlie)
 {
