@@ -54,7 +54,6 @@ programs() {
         # Without threads of ours there are no races to be found.
         */tsan/tests/check_view_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
-            */tsan/tests/check_kern_* | \
             */tsan/tests/check_truth | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
             */tsan/tests/check_point_lights | \
