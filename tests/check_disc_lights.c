@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "ibl/io.h"
 #include "reference.h"
 #include "truth.h"
 
@@ -432,34 +431,4 @@ TEST(nothing)
     look(&wide, 100, 100, to);
     paint(&wide, to, 3 * DEGREE, white);
     untouched(&wide, "wider than 5 degrees");
-}
-
-/* ---- photographs --------------------------------------------------------- */
-
-static int count_in(ibl_ctx *ctx, const char *name, ibl_light *lights)
-{
-    const char *path = test_shared_data(name);
-    ibl_image map;
-    int count;
-
-    if (!path)
-        test_skip("no %s", name);
-    NEED(!ibl_image_read(ctx, path, NULL, &map, NULL));
-    test_image(map);
-    NEED(!ibl_image_take_lights(ctx, &map, 0, 8, lights, &count));
-    return count;
-}
-
-/* A sun on one to three pixels with glow, as wide as these; and lamps that are
- * out of focus. */
-TEST(photographs)
-{
-    static test_messages kept;
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_light lights[8];
-
-    NEED(count_in(ctx, "quarry_01_1k.hdr", lights) == 1);
-    CHECK_NEAR(lights[0].radius / DEGREE, 0.33, 0.05);
-    CHECK_NEAR(lights[0].irradiance[1], 4, 0.1);
-    CHECK(count_in(ctx, "royal_esplanade_1k.hdr", lights) == 0);
 }

@@ -4,19 +4,15 @@
 
 #include "bake/spectral/lobe_coefficients.h"
 #include "test.h"
+#include "truth.h"
 
 static const long double pi = 3.141592653589793238462643383279503L;
 static const ibl_lobe lobes[] = {IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
                                  IBL_LOBE_PHONG};
 
-static double *doubles(int n)
-{
-    return test_alloc((size_t)n, sizeof(double));
-}
-
 static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
 {
-    double *k = doubles(degree + 1);
+    double *k = test_alloc((size_t)degree + 1, sizeof *k);
     const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
     CHECK(ibl_lobe_coefficients(ctx, &shape, degree, k) == IBL_OK);
     return k;
@@ -34,27 +30,6 @@ static ibl_status band_of(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
 enum {
     RULE = 32
 };
-
-/* Gauss-Legendre in long double, by Newton's method. */
-static void make_rule(long double x[RULE], long double w[RULE])
-{
-    for (int i = 0; i < RULE; i++) {
-        long double slope = 0;
-        x[i] = cosl(pi * (i + 0.75L) / (RULE + 0.5L));
-        for (int turn = 0; turn < 12; turn++) {
-            long double before = 1, p = x[i];
-            for (int l = 1; l < RULE; l++) {
-                const long double next =
-                    ((2 * l + 1) * x[i] * p - l * before) / (l + 1);
-                before = p;
-                p = next;
-            }
-            slope = RULE * (before - x[i] * p) / (1 - x[i] * x[i]);
-            x[i] -= p / slope;
-        }
-        w[i] = 2 / ((1 - x[i] * x[i]) * slope * slope);
-    }
-}
 
 /* The weights of ibl/ibl.h, not scaled. c = cos(psi), q = sin^2(psi / 2). */
 static long double weight(ibl_lobe lobe, long double alpha, long double q,
@@ -101,10 +76,8 @@ static brute add_up(ibl_lobe lobe, double alpha, int degree)
     brute b = {.lobe = lobe, .alpha = alpha, .degree = degree};
     const long double half = pi / 4, most = 12.0L / (degree + 1);
     long double x[RULE], w[RULE];
-    make_rule(x, w);
+    truth_gauss(RULE, x, w);
     b.k = test_alloc((size_t)degree + 1, sizeof *b.k);
-    if (!b.k)
-        exit(1);
     for (int end = 0; end < 2; end++) {
         long double at = 0, step = 1e-6L * b.alpha;
         while (at < half) {
