@@ -228,32 +228,6 @@ TEST(constant_map)
         }
 }
 
-/* A lobe table that says what the split sum does: the same colours. */
-TEST(split_by_a_lobe_table)
-{
-    enum {
-        N = 64
-    };
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random rnd = {4};
-    bake b = bake_of(ctx, map_of_kind(ctx, &rnd, MAP_SMOOTH, 16, 8));
-    const ibl_truth truth = truth_of(&b, FEW);
-    float *lobes = test_alloc(IBL_LOBE_LAYERS * N * N * 4, sizeof *lobes);
-    ibl_measured split[ROWS], table[ROWS];
-
-    for (int i = 0; i < IBL_LOBE_LAYERS * N * N; i++)
-        lobes[4 * i + 1] =
-            (float)ibl_set_lod(&b.set.chain, i / N % N / (N - 1.0)) /
-            (LEVELS - 1);
-    b.set.lobes = (ibl_lobe_table){N, lobes, IBL_LOBE_LAYERS};
-    measure(&truth, &b, split);
-    b.set.shader = IBL_SHADER_TABLE;
-    measure(&truth, &b, table);
-    for (int i = 0; i < ROWS; i++)
-        for (int f = 0; f < IBL_FIGURES; f++)
-            CHECK_NEAR(table[i].value[f], split[i].value[f], 2e-4);
-}
-
 /* ---- lookups against the split sum ----------------------------------------
  */
 

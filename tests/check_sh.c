@@ -96,19 +96,6 @@ TEST(one_pixel_high)
     CHECK_MSG(worst <= floats, "%.3g", worst);
 }
 
-/* Several blocks of rows and of orders give what one does. */
-TEST(tall_map)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = map_constant(ctx, 5, 901, 0);
-
-    map_fill(&env, 8);
-    double *low = bake(ctx, &env, 3, 5.0);
-    double *high = bake(ctx, &env, IBL_MAX_SH_DEGREE, 5.0);
-    for (size_t k = 0; k < count(3); k++)
-        CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
-}
-
 /* pi times the factor is the integral of the clamped cosine with P_l, times
  * 2 pi: Simpson's rule over the half where it is not zero. */
 TEST(cosine_factors)

@@ -6,7 +6,6 @@
 
 #include "bake/sampled.h"
 #include "bake/spectral/lobe_coefficients.h"
-#include "ibl/io.h"
 #include "maps.h"
 
 static const double u = 0x1p-24;
@@ -35,44 +34,6 @@ static ibl_cube bake(ibl_ctx *ctx, const ibl_image *map,
 }
 
 /* ---- options ------------------------------------------------------------ */
-
-/* On maps that the default bias was not made by, two with suns and two without:
- * how much worse a bias is than the best of the three, at its worst map. No
- * bias for all numbers of samples is better than the default. */
-TEST(default_bias)
-{
-    static const map_kind kinds[] = {MAP_SUNNY, MAP_SMOOTH, MAP_SMOOTH};
-    const double biases[] = {(double)NAN, 0, 1};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random r = {1};
-    ibl_image sky = {0};
-
-    NEED(!ibl_image_read(ctx, "data/sky.exr", NULL, &sky, NULL));
-    for (int samples = 64; samples <= 1024; samples *= 16) {
-        double worst[3] = {0};
-        for (int k = 0; k < 4; k++) {
-            const ibl_image map =
-                k ? map_of_kind(ctx, &r, kinds[k - 1], 256, 128) : sky;
-            ibl_specular_options o = options(64, 4, samples);
-            double e[3] = {0};
-            o.method = IBL_METHOD_SPECTRAL;
-            const ibl_cube truth = bake(ctx, &map, &o);
-            o.method = IBL_METHOD_SAMPLED;
-            for (int b = 0; b < 3; b++) {
-                o.lod_bias = biases[b];
-                const ibl_cube cube = bake(ctx, &map, &o);
-                for (int l = 1; l < 4; l++)
-                    e[b] += pow(cube_nrmse(&cube, &truth, l), 2);
-            }
-            for (int b = 0; b < 3; b++)
-                worst[b] = fmax(worst[b], e[b] / fmin(e[0], fmin(e[1], e[2])));
-        }
-        CHECK_MSG(worst[0] < worst[2] && (worst[0] < worst[1] || samples == 64),
-                  "%d samples: %.2f, 0 %.2f, 1 %.2f", samples, worst[0],
-                  worst[1], worst[2]);
-    }
-    ibl_image_free(&sky);
-}
 
 /*
  * r = 1e-4, alpha = 1e-8, and towards 0. All N half vectors are within
