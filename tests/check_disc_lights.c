@@ -264,29 +264,6 @@ static void paint_haze(const ibl_image *map, const double to[3], double most,
         }
 }
 
-/* A light in haze, which leaves a smooth map that is nowhere darker than what
- * is around it. */
-TEST(glow)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = sky(ctx, 0);
-    ibl_light light;
-    double to[3], most = 0;
-
-    look(&map, 300, 150, to);
-    paint_haze(&map, to, 2e4, 3);
-    NEED(take(ctx, &map, 1, &light) == 1);
-    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
-    CHECK(light.radius < 0.8 * DEGREE);
-    for (int y = 140; y < 160; y++)
-        for (int x = 290; x < 310; x++) {
-            const double here = (double)map_pixel(&map, x, y)[0];
-            const double beside = (double)map_pixel(&map, x + 1, y)[0];
-            most = fmax(most, fabs(here / beside - 1));
-        }
-    CHECK_NEAR(most, 0, 0.5);
-}
-
 /* Around a sun haze may stay bright as far as circles go, if that is little of
  * the light. Haze alone is no light. */
 TEST(bright_haze)

@@ -134,49 +134,7 @@ TEST(against_brute_force)
     }
 }
 
-/* ---- tails and bands --------------------------------------------------- */
-
-/* What a point light's response loses that is cut off before `from`, in the
- * root mean square and in parts of the whole. */
-static double tail_of(const double *k, int degree, int from)
-{
-    double sum = 0, tail = 0;
-    for (int l = degree; l >= 0; l--) {
-        sum += (2 * l + 1) * k[l] * k[l];
-        if (l == from)
-            tail = sum;
-    }
-    return sqrt(tail / sum);
-}
-
-TEST(bands)
-{
-    static const double alphas[] = {0.02, 0.04, 0.16, 0.36, 0.64, 1};
-    static const double wanted[] = {1e-2, 1e-3, 1e-4, 1e-6};
-    enum {
-        DEGREE = 4096
-    };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    for (size_t i = 0; i < 3 * sizeof alphas / sizeof *alphas; i++) {
-        const ibl_lobe lobe = lobes[i % 3];
-        const double alpha = alphas[i / 3];
-        double *k = make(ctx, lobe, alpha, DEGREE);
-        for (int j = 0; j < 4; j++) {
-            int band = -1;
-            CHECK(!band_of(ctx, lobe, alpha, wanted[j], 16000, &band));
-            if (band > DEGREE / 4)
-                continue;
-            const double left = tail_of(k, DEGREE, band + 1);
-            const double before = tail_of(k, DEGREE, band);
-            CHECK_MSG(
-                left < 1.05 * wanted[j] &&
-                    (before > 0.95 * wanted[j] || band == 0 ||
-                     (band < 64 && tail_of(k, DEGREE, band - 1) > wanted[j])),
-                "%s alpha %g: degree %d leaves %g, one less %g of %g",
-                ibl_lobe_name(lobe), alpha, band, left, before, wanted[j]);
-        }
-    }
-}
+/* ---- bands --------------------------------------------------------------- */
 
 TEST(band_limits)
 {

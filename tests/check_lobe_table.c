@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "bake/lobe_fit.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "test.h"
 #include "truth.h"
 
@@ -123,27 +124,6 @@ static double true_lobe(double n_v, double r, double f0, double out[COUNT])
     return energy;
 }
 
-/* k_l of the lobe of a level: D N.L about R = N, by the midpoint rule. */
-static void level_lobe(double r, double k[DEGREE + 1])
-{
-    const int steps = 4000;
-    memset(k, 0, (DEGREE + 1) * sizeof *k);
-    for (int i = 0; i < steps; i++) {
-        const double psi = 0.5 * pi * (i + 0.5) / steps, c = cos(psi);
-        const double f =
-            sin(psi) * truth_lobe_weight(IBL_LOBE_GGX, r * r, (1 - c) / 2);
-        double before = 0, here = 1;
-        for (int l = 0; l <= DEGREE; l++) {
-            const double next = ((2 * l + 1) * c * here - l * before) / (l + 1);
-            k[l] += f * here;
-            before = here;
-            here = next;
-        }
-    }
-    for (int l = DEGREE; l >= 0; l--)
-        k[l] /= k[0];
-}
-
 struct truth {
     ibl_specular_layout layout;
     double k[IBL_MAX_LEVELS][DEGREE + 1];
@@ -155,23 +135,30 @@ struct truth {
     double most_weight;
 };
 
+/* k_l of a level, which check_lobe_coefficients judges. */
+static void level_lobe(ibl_ctx *ctx, double r, double k[DEGREE + 1])
+{
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
+    NEED(!ibl_lobe_coefficients(ctx, &shape, DEGREE, k));
+}
+
 static double c_of(int l)
 {
     return l ? pow(l, -1.5) : 0;
 }
 
-static struct truth *truth_of(const ibl_specular_layout *layout)
+static struct truth *truth_of(ibl_ctx *ctx, const ibl_specular_layout *layout)
 {
     struct truth *t = test_alloc(1, sizeof *t);
     t->layout = *layout;
     for (int a = 0; a < layout->levels; a++) {
         const double edge = layout->size >> a;
-        level_lobe(fmax(layout->roughness[a], 1e-3), t->k[a]);
+        level_lobe(ctx, fmax(layout->roughness[a], 1e-3), t->k[a]);
         /* What bilinear lookups blur between texels. */
         for (int l = 0; l <= DEGREE; l++)
             t->k[a][l] *= exp(-l * (l + 1.0) * pi / (18 * edge * edge));
     }
-    level_lobe(1, t->cosine);
+    level_lobe(ctx, 1, t->cosine);
     return t;
 }
 
@@ -322,7 +309,7 @@ TEST_SLOW(against_search)
         NEED(!ibl_specular_layout_of(&s, &o.layout));
         o.size = 32;
         const ibl_lobe_table table = bake(ctx, &o);
-        struct truth *t = truth_of(&o.layout);
+        struct truth *t = truth_of(ctx, &o.layout);
         for (size_t i = 0; i < sizeof places / sizeof *places; i++)
             near_best(&table, t, places[i], (int)i % 2);
         for (size_t i = 0; i < sizeof places / sizeof *places; i += 3)
