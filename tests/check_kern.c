@@ -857,7 +857,7 @@ static const kern_same kernels[] = {
     {"weights", weights, NEAR(9), 8, 40, 1, 0, true},
     {"rows", rows, NEAR(4), 8, 40, 2, 0, true},
     {"spread", spread, NEAR((8 + TAPS) * LANES), 8, 64, 1, 0, true},
-    {"fft", fft, NEAR(3 * PROBES), 8, 15, 4, 0, true},
+    {"fft", fft, NEAR(3 * PROBES), 8, 15, 3, 0, true},
 };
 
 TEST(kernels_of_every_length)

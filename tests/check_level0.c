@@ -8,10 +8,8 @@
 #include <string.h>
 
 #include "core/context.h"
-#include "core/pi.h"
 #include "image/level0.h"
 #include "reference.h"
-#include "truth.h"
 
 static const double u = 0x1p-24;
 static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024, 180};
@@ -128,25 +126,5 @@ TEST_SLOW(near_reference)
         check_bake(ctx, &s, w,
                    (magnified ? 1 : 2 * s.size) + test_random_below(&r, tall),
                    &r);
-    }
-}
-
-/* ---- conventions -------------------------------------------------------- */
-
-/* Solid angles cover the sphere; directions are those of the conventions. */
-TEST(cube_geometry)
-{
-    for (int n = 1; n < 40; n += 3) {
-        double sum = 0;
-        for (int i = 0; i < n * n; i++)
-            sum += 6 * ibl_cube_solid_angle(n, i % n, i / n);
-        CHECK_NEAR(sum, 4 * IBL_PI, 1e-12);
-        for (int i = 0; i < 6 * n * n; i++) {
-            double a[3], b[3];
-            ibl_cube_direction(n, i / (n * n), i % n, i / n % n, a);
-            truth_cube_direction(n, i / (n * n), i % n, i / n % n, b);
-            CHECK_NEAR(hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]), 0,
-                       1e-14);
-        }
     }
 }

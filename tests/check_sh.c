@@ -96,25 +96,6 @@ TEST(one_pixel_high)
     CHECK_MSG(worst <= floats, "%.3g", worst);
 }
 
-/* pi times the factor is the integral of the clamped cosine with P_l, times
- * 2 pi: Simpson's rule over the half where it is not zero. */
-TEST(cosine_factors)
-{
-    for (int l = 0; l <= 30; l++) {
-        const int n = 4000;
-        double sum = 0.0;
-        for (int i = 0; i <= n; i++) {
-            const double x = (double)i / n;
-            const double weight = i == 0 || i == n ? 1 : i % 2 ? 4 : 2;
-            const double d[3] = {sqrt(1 - x * x), 0, x};
-            sum += weight * x * truth_sh(l, 0, d) /
-                   sqrt((2 * l + 1) / (4 * M_PI)); /* P_l(x) */
-        }
-        CHECK_NEAR(ibl_sh_cosine(l), 2.0 * sum / (3.0 * n), 1e-9);
-    }
-    CHECK(isfinite(ibl_sh_cosine(IBL_MAX_SH_DEGREE)));
-}
-
 /* ---- irradiance by steps ---------------------------------------------------
  */
 

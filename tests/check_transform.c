@@ -237,31 +237,6 @@ static void check_synthesis(const ibl_harmonics *h, const double *factor,
     }
 }
 
-/* Some pairs of rings have the same floats as among all. */
-static void check_pairs(ibl_ctx *ctx, const ibl_harmonics *h,
-                        const double *factor, int degree,
-                        const ibl_ring_spectra *all)
-{
-    const int half = (all->rings + 1) / 2, first = half / 3;
-    const int end = half - half / 4, middle = 2 * end > all->rings;
-    const int count = 2 * (end - first) - middle;
-    ibl_ring_spectra some = make_spectra(ctx, count, degree + 1);
-
-    CHECK(
-        !ibl_sht_synthesise(ctx, h, factor, degree, all->rings, first, &some));
-    for (int i = 0; i < PARTS * (degree + 1); i++) {
-        const float *want = ibl_ring_spectra_at(all, i / PARTS, i % PARTS);
-        const float *got = ibl_ring_spectra_at(&some, i / PARTS, i % PARTS);
-        int bad = 0;
-        for (int j = 0; j < end - first; j++)
-            bad += got[j] != want[first + j] ||
-                   got[count - 1 - j] != want[all->rings - 1 - first - j];
-        CHECK_MSG(!bad, "pairs %d..%d of %d rings: %d differ", first, end,
-                  all->rings, bad);
-    }
-    ibl_ring_spectra_free(&some);
-}
-
 static void check_rings(ibl_ctx *ctx, int rings, int degree, int step)
 {
     test_random rnd = {(uint64_t)(rings * 1000 + degree)};
@@ -277,7 +252,6 @@ static void check_rings(ibl_ctx *ctx, int rings, int degree, int step)
     for (int m = 0; m <= less; m += step)
         check_synthesis(&h, factor, less, &out, m);
     CHECK(isnan(ibl_ring_spectra_at(&out, less + 1, 0)[0]));
-    check_pairs(ctx, &h, factor, less, &out);
     ibl_ring_spectra_free(&out);
     ibl_harmonics_free(&h);
 }
