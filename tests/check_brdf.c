@@ -204,23 +204,3 @@ TEST_SLOW(discs_against_sums)
         }
     }
 }
-
-/* Smooth where its parts change: at the horizon, which hides a disc little by
- * little, and towards a view along the light. */
-TEST(discs_are_continuous)
-{
-    static const double v[3] = {0.6, 0.8, 0};
-    double before = -1;
-
-    for (int k = 0; k <= 4000; k++) {
-        const double angle = -0.2 + (M_PI / 2 + 0.4) * k / 4000;
-        const double l[3] = {cos(angle), sin(angle), 0};
-        const double f =
-            ibl_disc_brdf(IBL_GEOMETRY_SMITH, 0.3, 1, 2 * DEGREE, up, v, l);
-        CHECK(isfinite(f));
-        if (fabs(angle + 2 * DEGREE) > 0.1 * DEGREE)
-            CHECK(angle > -2 * DEGREE ? f > 0 : f >= 0 && f <= 0);
-        CHECK(before < 0 || fabs(f - before) < 2e-3);
-        before = f;
-    }
-}

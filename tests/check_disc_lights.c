@@ -90,11 +90,6 @@ static ibl_image sky(ibl_ctx *ctx, double slope)
     return map;
 }
 
-static ibl_image copy_of(ibl_ctx *ctx, const ibl_image *map)
-{
-    return map_scaled(ctx, map, 1);
-}
-
 static const float white[3] = {20000, 20000, 20000};
 
 static int take(ibl_ctx *ctx, ibl_image *map, int most, ibl_light *lights)
@@ -160,7 +155,7 @@ static void place_disc(const double middle[3], const double *at, double to[3])
 static void check_scene(ibl_ctx *ctx, const struct scene *k)
 {
     const ibl_image before = sky(ctx, k->slope);
-    ibl_image map = copy_of(ctx, &before);
+    ibl_image map = map_scaled(ctx, &before, 1);
     ibl_light lights[8], again[8];
     double middle[3], to[3][3], painted[3];
     const bool alone = k->count == 1;
@@ -172,7 +167,8 @@ static void check_scene(ibl_ctx *ctx, const struct scene *k)
         painted[i] = paint(&map, to[i], k->at[4 * i + 2] * DEGREE,
                            (const float[]){most, most, most});
     }
-    ibl_image other = copy_of(ctx, &map), third = copy_of(ctx, &map);
+    ibl_image other = map_scaled(ctx, &map, 1),
+              third = map_scaled(ctx, &map, 1);
     const double yaw = 40.0 * (double)(k - scenes); /* which turns the world */
     int count = 0;
     NEED(!ibl_image_take_lights(ctx, &map, yaw, alone ? 1 : 8, lights, &count));
@@ -244,7 +240,7 @@ static void untouched(const ibl_image *map, const char *why)
 {
     static test_messages kept;
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image now = copy_of(ctx, map);
+    ibl_image now = map_scaled(ctx, map, 1);
     ibl_light lights[4];
 
     kept.text[IBL_LOG_WARNING][0] = 0;

@@ -847,17 +847,17 @@ static const kern_same kernels[] = {
     {"run lengths", rgbe_expand, 1, 1, 300, 2, 4096, false},
     {"planes of halves", half_planes, 12, 4, 70, 1, 32768, false},
     {"unzip", unzip, 2, 1, 350, 1, 0, false},
-    {"largest float", max_finite, 0, 1, 150, 20, 0, false},
+    {"largest float", max_finite, 0, 1, 150, 6, 0, false},
     {"RGBA16F", rgba16f, 8, 1, 70, 2, 100000, false},
     {"RG16F", rg16f, 4, 1, 70, 2, 100000, false},
     {"halves to floats", halves_to_floats, 12, 4, 70, 1, 65536, false},
     {"ASTC", astc_blocks, 16, 1, 12, 3, 0, false},
-    {"gather", gather, NEAR(3), 8, 50, 4, IBL_GATHER_MAX_GROUP, true},
+    {"gather", gather, NEAR(3), 8, 50, 2, IBL_GATHER_MAX_GROUP, true},
     {"angles", angles, NEAR(24), 8, 8, 1, 0, true},
     {"weights", weights, NEAR(9), 8, 40, 1, 0, true},
     {"rows", rows, NEAR(4), 8, 40, 2, 0, true},
     {"spread", spread, NEAR((8 + TAPS) * LANES), 8, 64, 1, 0, true},
-    {"fft", fft, NEAR(3 * PROBES), 8, 15, 3, 0, true},
+    {"fft", fft, NEAR(3 * PROBES), 8, 15, 2, 0, true},
 };
 
 TEST(kernels_of_every_length)

@@ -614,7 +614,7 @@ enum {
     OUT = 27
 };
 
-/* The calls for one direction, and what they must be given. */
+/* The calls for one direction. */
 static ibl_status call(int k, ibl_ctx *ctx, const ibl_reference *ref,
                        const double d[3], double out[OUT])
 {
