@@ -80,7 +80,7 @@ static void check_aim(const struct aim *a, ibl_lobe lobe)
         CHECK_NEAR(sum[c], rgb[c], 1e-5 * rgb[c]);
 }
 
-TEST(lobes)
+TEST_OF(lobes, "lobes", TEST_RACES)
 {
     for (size_t k = 0; k < LOBES * sizeof aims / sizeof *aims; k++)
         check_aim(&aims[k / LOBES], (ibl_lobe)(k % LOBES));
@@ -89,7 +89,7 @@ TEST(lobes)
 /* Roughness 0 is the pixel, the end of 1e-4 the middle of the same; the mean is
  * that by solid angles; errors are by the definition, and those of nothing
  * finite. */
-TEST(ends)
+TEST_OF(ends, "ends", TEST_RACES)
 {
     static const double none[3] = {0}, some[3] = {3, 4, 0}, far[3] = {6, 8, 0};
     const subject *it = subject_make(2, 40, 20, 3, 90);
@@ -160,7 +160,7 @@ static void check_surface(const subject *it, double r, const double n[3],
     }
 }
 
-TEST(surfaces)
+TEST_SLOW(surfaces)
 {
     static const struct {
         int width, height;
@@ -203,7 +203,8 @@ TEST(pixel_on_the_horizon)
 
 /* Radiance 1 reflects what the table says, and any constant its multiple; a
  * mirror the pixel there. */
-TEST(surfaces_of_constants_and_mirrors)
+TEST_OF(surfaces_of_constants_and_mirrors, "surfaces_of_constants_and_mirrors",
+        TEST_RACES)
 {
     static const double roughness[] = {0, 1e-4, 0.02, 0.1, 0.35, 0.7, 1};
     static const int sizes[][2] = {{1, 1}, {7, 40}, {64, 32}, {200, 100}};
@@ -239,7 +240,7 @@ TEST(surfaces_of_constants_and_mirrors)
 }
 
 /* Under a sun and not: surfaces, and lobes. */
-TEST(coarse)
+TEST_SLOW(coarse)
 {
     static const double roughness[] = {0.05, 0.1, 0.3, 0.6, 1};
     test_random rnd = {3};
@@ -277,7 +278,7 @@ TEST(coarse)
 
 /* Few pixels, which are wide for the degree, and all coefficients: each pixel
  * by 2 x 2 or 3 x 3 panels of 5 x 5 points of Gauss. */
-TEST(harmonics)
+TEST_SLOW(harmonics)
 {
     enum {
         DEGREE = 13,
@@ -442,7 +443,7 @@ static void compare_texels(int w, int h, int base, int n, double yaw_deg,
 }
 
 /* Points see the boundaries of patches to a point's share of a texel. */
-TEST(texels)
+TEST_OF(texels, "texels", TEST_RACES)
 {
     compare_texels(64, 32, 8, 8, 20, 300, 1e-3);
     compare_texels(67, 35, 5, 5, -50, 300, 1e-3);
@@ -525,7 +526,7 @@ static void lut_over_slopes(double nv, double r, double out[2][2])
         out[g / 2][g % 2] = (double)sum[g / 2][g % 2];
 }
 
-TEST(lut_slopes)
+TEST_SLOW(lut_slopes)
 {
     static const double points[][2] = {{1e-3, 1.0 / 512},
                                        {1.0 / 512, 1.0 / 512},
@@ -592,7 +593,7 @@ static const double points[][2] = {{0.03, 0.1}, {0.2, 0.25}, {0.5, 0.6},
 /* The reference itself, and its closed form at N.V = 1, alpha = 1: with
  * Ashikhmin's V, D = 3 sin(theta_h) / 2pi and x = sin(theta_h)
  *     E = 3 integral of x^2 (1 - 2 x^2) dx over 0..sqrt(1/2) = sqrt(1/2) / 5 */
-TEST(sheen)
+TEST_SLOW(sheen)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     double e[2], want[2];
