@@ -279,6 +279,9 @@ static const struct place places[] = {{3, 14},  {3, 24},  {8, 18},  {8, 30},
                                       {14, 14}, {14, 22}, {20, 18}, {20, 26},
                                       {27, 16}, {30, 30}, {8, 31},  {20, 31}};
 
+/* Halves of distances between the outer taps, as changes of bend. */
+static const float halves[] = {0, 0.05F, 0.1F, 0.2F, 0.4F};
+
 /* The entry's error is at most a little above the least of its kind; four taps
  * are at least as near. */
 static void near_best(const ibl_lobe_table *table, struct truth *t,
@@ -297,6 +300,16 @@ static void near_best(const ibl_lobe_table *table, struct truth *t,
               n_v, r, one, least, at[0] / t->angle, at[1], at[2]);
     CHECK_MSG(four <= one + 0.003, "N.V %g r %g: four taps %g, one %g", n_v, r,
               four, one);
+    for (size_t k = 0; k < sizeof halves / sizeof *halves; k++) {
+        float q[4];
+        memcpy(q, texel(table, layer + 2, p.i, p.j), sizeof q);
+        q[3] = halves[k];
+        const double other = sqrt(entry_error(t, q, TAPS));
+        test_measured("nRMSE above taps of another distance", four - other,
+                      0.003);
+        CHECK_MSG(four <= other + 0.003, "N.V %g r %g: %g, %g with half %g",
+                  n_v, r, four, other, (double)q[3]);
+    }
 }
 
 TEST_SLOW(against_search)

@@ -116,6 +116,25 @@ TEST_OF(ends, "ends", TEST_RACES)
     CHECK(isfinite(ibl_relative_error(some, none, none)));
 }
 
+/* L = 1 + x / 2 has the mean 1 + N.x / 3 under the cosine lobe: of many pixels,
+ * by blocks. */
+TEST_SLOW(linear_light)
+{
+    const subject *it = subject_make(2, 512, 256, 0, 0);
+    test_random rnd = {4};
+    double d[3], rgb[3];
+    for (int k = 0; k < 512 * 256; k++) {
+        truth_latlong_direction(512, 256, k % 512, k / 512, d);
+        it->env.data[3 * k] = (float)(1 + d[0] / 2);
+    }
+    const ibl_reference *ref = subject_ref(it);
+    for (int k = 0; k < 20; k++) {
+        random_direction(&rnd, d);
+        CHECK(!ibl_reference_irradiance(ref, d, 1, rgb));
+        CHECK_NEAR(rgb[0], 1 + d[0] / 3, 2e-5);
+    }
+}
+
 /* ---- what surfaces reflect ---------------------------------------------- */
 
 /* Adds a pixel in sub x sub parts. */

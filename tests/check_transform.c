@@ -185,7 +185,8 @@ static void check_values(ibl_isa isa, int rings, const int ring[PARTS], int m,
     ibl_legendre_rings_free(&all);
 }
 
-/* Next to the poles of the finest grid, and where P_mm is 2^-60000. */
+/* To degree 64 all of them; then next to the poles of the finest grid, and
+ * where P_mm is 2^-60000. */
 static void values_of(ibl_isa isa)
 {
     static const int extreme[PARTS] = {0, 1, 15, 100, 499, 1999};
@@ -193,6 +194,11 @@ static void values_of(ibl_isa isa)
                                 {4000, 16000, 16384},
                                 {65536, 0, 1024},
                                 {65535, 1, 4096}};
+    for (int n = 1; n < 258; n = 2 * n + 1) {
+        const int ring[PARTS] = {0, n / 7, n / 4, (n - 1) / 2, n / 2, n - 1};
+        for (int m = 0; m <= 64; m++)
+            check_values(isa, n, ring, m, 64);
+    }
     for (int i = 0; i < 4; i++)
         check_values(isa, of[i][0], extreme, of[i][1], of[i][2]);
 }
