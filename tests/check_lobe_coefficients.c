@@ -18,13 +18,6 @@ static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
     return k;
 }
 
-static ibl_status band_of(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
-                          double tail, int limit, int *band)
-{
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
-    return ibl_lobe_degree(ctx, &shape, tail, limit, band);
-}
-
 /* ---- brute force ------------------------------------------------------- */
 
 enum {
@@ -132,24 +125,6 @@ TEST(against_brute_force)
                       worst_against(k, &b));
         }
     }
-}
-
-/* ---- bands --------------------------------------------------------------- */
-
-TEST(band_limits)
-{
-    int band = -1;
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1e-3, 1e-4, 300, &band));
-    CHECK(band == 300);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1e-30, 1e-4, 300, &band));
-    CHECK(band == 300);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1, 1e-12, 100, &band));
-    CHECK(band == 100);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1, 1, 100, &band));
-    CHECK(band == 0);
-    CHECK(!band_of(ctx, IBL_LOBE_PHONG, 0.5, 1e-3, 0, &band));
-    CHECK(band == 0);
 }
 
 /* ---- ends of the range ------------------------------------------------- */

@@ -74,26 +74,6 @@ TEST(lookup_across_edges)
     }
 }
 
-TEST(lookup_between_levels)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_cube chain = random_chain(ctx, 4, 3, 1);
-    const double d[3] = {0.3, -1, 0.4};
-    double level[3][3], got[3];
-
-    for (int l = 0; l < 3; l++)
-        ibl_lookup_cube(&chain, l, d, level[l]);
-    for (int k = -2; k < 12; k++) {
-        const double lod = 0.25 * k, at = fmin(fmax(lod, 0), 2);
-        const int l = at < 1 ? 0 : 1;
-        ibl_lookup_chain(&chain, d, lod, got);
-        for (int c = 0; c < 3; c++)
-            CHECK_NEAR(got[c],
-                       level[l][c] + (at - l) * (level[l + 1][c] - level[l][c]),
-                       1e-12);
-    }
-}
-
 /* All degrees of a sun, far from its horizon, against the integral. */
 TEST(lookup_of_harmonics)
 {

@@ -51,24 +51,6 @@ TEST(cube_directions)
     }
 }
 
-/* Midpoints over q. */
-TEST(lobe_integrals)
-{
-    static const double alphas[] = {0.05, 0.3, 0.9, 1};
-
-    for (int lobe = 0; lobe < 3; lobe++)
-        for (int k = 0; k < 4; k++) {
-            const int n = 200000;
-            double sum = 0;
-            for (int i = 0; i < n; i++)
-                sum += truth_lobe_weight((ibl_lobe)lobe, alphas[k],
-                                         0.5 * (i + 0.5) / n);
-            CHECK_NEAR(truth_lobe_integral((ibl_lobe)lobe, alphas[k]) /
-                           (4 * M_PI * sum * 0.5 / n),
-                       1, 1e-6);
-        }
-}
-
 TEST(sh_polynomials)
 {
     test_random r = {9};
