@@ -3,10 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "ibl/io.h"
-#include "ibl/reference.h"
-#include "maps.h"
-#include "test.h"
+#include "reference.h"
+#include "truth.h"
 
 #define DEGREE (M_PI / 180)
 
@@ -21,17 +19,12 @@ static const double pixel = M_PI / HEIGHT;
 /* The direction of a place in a map, in pixels. */
 static void look(const ibl_image *map, double x, double y, double dir[3])
 {
-    const double theta = M_PI * y / map->height;
-    const double phi = 2 * M_PI * (x / map->width - 0.5);
-    dir[0] = sin(theta) * cos(phi);
-    dir[1] = cos(theta);
-    dir[2] = sin(theta) * sin(phi);
+    truth_latlong_direction(map->width, map->height, x - 0.5, y - 0.5, dir);
 }
 
 static double solid_angle(const ibl_image *map, int y)
 {
-    return 2 * M_PI / map->width *
-           (cos(M_PI * y / map->height) - cos(M_PI * (y + 1) / map->height));
+    return truth_latlong_solid_angle(map->width, map->height, y);
 }
 
 static double angle_between(const double a[3], const double b[3])
@@ -97,10 +90,7 @@ static ibl_image sky(ibl_ctx *ctx, double slope)
     return map;
 }
 
-static ibl_image copy_of(ibl_ctx *ctx, const ibl_image *map)
-{
-    return map_scaled(ctx, map, 1);
-}
+static const float white[3] = {20000, 20000, 20000};
 
 static int take(ibl_ctx *ctx, ibl_image *map, int most, ibl_light *lights)
 {
@@ -109,76 +99,118 @@ static int take(ibl_ctx *ctx, ibl_image *map, int most, ibl_light *lights)
     return count;
 }
 
-/* The largest deviation of a map from another within an angle of `to`. */
-static double most_change(const ibl_image *a, const ibl_image *b,
-                          const double to[3], double angle)
+/* The largest deviation of a map from another. */
+static double most_change(const ibl_image *a, const ibl_image *b)
 {
-    double most = 0, dir[3];
-
-    for (int y = 0; y < a->height; y++)
-        for (int x = 0; x < a->width; x++) {
-            look(a, x + 0.5, y + 0.5, dir);
-            for (int c = 0; c < 3 && test_dot(dir, to) > cos(angle); c++)
-                most = fmax(most, fabs((double)map_pixel(a, x, y)[c] -
-                                       (double)map_pixel(b, x, y)[c]));
-        }
+    double most = 0;
+    for (size_t i = 0; i < map_floats(a); i++)
+        most = fmax(most, fabs((double)a->data[i] - (double)b->data[i]));
     return most;
 }
 
-/* ---- analytic discs ------------------------------------------------------ */
+/* ---- discs ------------------------------------------------------------------
+ */
 
-static const struct place {
-    double x, y; /* in pixels */
-} places[] = {
-    {300.3, 200.8},                /* anywhere */
-    {0.1, 256.2},                  /* over the seam, on the horizon */
-    {1023.7, 90.4},                /* over the seam */
-    {700, 0.3},                    /* at the poles */
-    {10.9, 509.2},  {511.5, 40.6}, /* near a pole */
+/* Discs around a middle: degrees along the row and across it, radius, and what
+ * they have of 20000. */
+static const struct scene {
+    double x, y, slope; /* the middle in pixels, the sky */
+    int count;
+    double at[12];
+} scenes[] = {
+    {300.3, 200.8, 0, 1, {0, 0, 0.4, 1}}, /* anywhere */
+    {0.1, 256.2, 0.5, 1, {0, 0, 0.8, 1}}, /* over the seam, on the horizon */
+    {1023.7, 90.4, 0, 1, {0, 0, 1.2, 1}}, /* over the seam */
+    {700, 0.3, 0.5, 1, {0, 0, 1.6, 1}},   /* at the poles */
+    {10.9, 509.2, 0, 1, {0, 0, 2, 1}},
+    {511.5, 40.6, 0.5, 1, {0, 0, 2.4, 1}}, /* near one */
+    /* as one lamp; unequal; over the seam; at a pole; beside a fainter one;
+     * 500 on 1; the strongest is not the brightest */
+    {300, 200, 0, 2, {-0.75, 0, 0.4, 1, 0.75, 0, 0.4, 1}},
+    {300, 200, 0.5, 2, {-0.7, 0, 0.4, 1, 0.7, 0.5, 0.4, 0.3}},
+    {1024, 150, 0, 3, {-1.4, 0, 0.4, 1, 0, 0, 0.4, 1, 1.4, 0, 0.4, 1}},
+    {100, 1, 0, 2, {-0.75, 0, 0.4, 1, 0.75, 0, 0.4, 0.6}},
+    {600, 300, 0, 3, {-0.75, 0, 0.4, 1, 0.75, 0, 0.4, 1, 4, 0, 0.4, 0.2}},
+    {600, 300, 0, 2, {-0.75, 0, 0.4, 0.025, 0.75, 0, 0.4, 0.03}},
+    {405, 200, 0, 2, {-1.65, 0, 0.4, 4.5, 1.65, 0, 1, 1}},
 };
 
-static const float white[3] = {20000, 20000, 20000};
-
-/* On a constant sky all that is left is the sky; on one with a slope, what is
- * left keeps to it. A pixel's coverage widens a disc by a sixth of a pixel. */
-static void one_disc(ibl_ctx *ctx, const struct place *at, double radius,
-                     double slope)
+static void place_disc(const double middle[3], const double *at, double to[3])
 {
-    const ibl_image before = sky(ctx, slope);
-    ibl_image map = copy_of(ctx, &before);
-    ibl_light light;
-    double to[3];
+    const double flat = hypot(middle[0], middle[2]);
+    const double row[3] = {-middle[2] / flat, 0, middle[0] / flat};
 
-    look(&map, at->x, at->y, to);
-    const double painted = paint(&map, to, radius, white);
-    NEED(take(ctx, &map, 1, &light) == 1);
-    const double off = angle_between(light.direction, to) / pixel;
-    const double wider = (light.radius - radius) / pixel;
-    CHECK_NEAR(off, 0, 0.1);
-    CHECK_NEAR(wider, 0, 0.25);
-    test_measured("direction, in pixels", off, 0.1);
-    test_measured("radius, in pixels", fabs(wider), 0.25);
-    test_measured("light", fabs(light.irradiance[0] / painted - 1), 1e-5);
-    CHECK_NEAR(light.irradiance[0] / painted, 1, slope > 0 ? 1e-5 : 1e-7);
-    CHECK_NEAR(most_change(&map, &before, to, 8 * DEGREE), 0,
-               slope > 0 ? 3 * slope * pixel : 1e-6);
-    CHECK_NEAR(most_change(&map, &before, to, M_PI), 0,
-               slope > 0 ? 3 * slope * pixel : 1e-6);
+    for (int c = 0; c < 3; c++)
+        to[c] = middle[c] + row[c] * at[0] * DEGREE;
+    to[1] += at[1] * DEGREE;
+    const double length = sqrt(test_dot(to, to));
+    for (int c = 0; c < 3; c++)
+        to[c] /= length;
 }
 
-TEST_SLOW(discs)
+/* Each is a light of its own with its energy, the strongest first, and nothing
+ * of it is left: of a constant sky all that is left is that, of one with a
+ * slope what keeps to it. As many as were found are the same again. A pixel's
+ * coverage widens a disc by a sixth of a pixel. */
+static void check_scene(ibl_ctx *ctx, const struct scene *k)
 {
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const ibl_image before = sky(ctx, k->slope);
+    ibl_image map = map_scaled(ctx, &before, 1);
+    ibl_light lights[8], again[8];
+    double middle[3], to[3][3], painted[3];
+    const bool alone = k->count == 1;
 
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
-        for (int k = 0; k < 2; k++)
-            one_disc(ctx, &places[i], (0.4 + 0.4 * (double)i) * DEGREE,
-                     0.5 * k);
+    look(&map, k->x, k->y, middle);
+    for (int i = 0; i < k->count; i++) {
+        const float most = 20000 * (float)k->at[4 * i + 3];
+        place_disc(middle, k->at + 4 * i, to[i]);
+        painted[i] = paint(&map, to[i], k->at[4 * i + 2] * DEGREE,
+                           (const float[]){most, most, most});
+    }
+    ibl_image other = map_scaled(ctx, &map, 1),
+              third = map_scaled(ctx, &map, 1);
+    const double yaw = 40.0 * (double)(k - scenes); /* which turns the world */
+    int count = 0;
+    NEED(!ibl_image_take_lights(ctx, &map, yaw, alone ? 1 : 8, lights, &count));
+    for (int i = 0; i < k->count; i++) {
+        const double phi = atan2(to[i][2], to[i][0]) - yaw * DEGREE;
+        polar_direction(acos(to[i][1]), phi, to[i]);
+    }
+    CHECK_MSG(count == k->count, "scene %td: %d lights", k - scenes, count);
+    for (int i = 0; i < k->count && i < count; i++) {
+        int at = 0;
+        for (int j = 1; j < count; j++)
+            if (angle_between(lights[j].direction, to[i]) <
+                angle_between(lights[at].direction, to[i]))
+                at = j;
+        const double off = angle_between(lights[at].direction, to[i]) / pixel;
+        const double wider =
+            (lights[at].radius - k->at[4 * i + 2] * DEGREE) / pixel;
+        const double light = fabs(lights[at].irradiance[0] / painted[i] - 1);
+        CHECK_MSG(off <= 0.1 && fabs(wider) <= (alone ? 0.25 : 0.3) &&
+                      light <= (!alone         ? 0.01
+                                : k->slope > 0 ? 1e-5
+                                               : 1e-7),
+                  "scene %td: %g pixels off, %g wider, %g of the light",
+                  k - scenes, off, wider, light);
+        CHECK(!i || lights[i].irradiance[1] <=
+                        lights[i - 1].irradiance[1] * (1 + 1e-6F));
+    }
+    CHECK_NEAR(most_change(&map, &before), 0,
+               k->slope > 0 ? 3 * k->slope * pixel : 1e-6);
+    CHECK(take(ctx, &other, count, again) == count);
+    if (k == &scenes[6]) { /* as one they have the light of both */
+        CHECK(take(ctx, &third, 1, again) == 1);
+        CHECK_NEAR(again[0].irradiance[0] / (painted[0] + painted[1]), 1, 1e-5);
+        CHECK_NEAR(again[0].radius / DEGREE, sqrt(2 * 0.75 * 0.75 + 0.16), 0.1);
+    }
+    CHECK(yaw > 0 || !memcmp(lights, again, (size_t)count * sizeof *lights));
 }
 
-TEST(disc_over_the_seam)
+TEST(discs)
 {
-    one_disc(test_ctx(1, IBL_ISA_AUTO), &places[2], 0.5 * DEGREE, 0.5);
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++)
+        check_scene(test_ctx(1, IBL_ISA_AUTO), &scenes[i]);
 }
 
 /* One pixel has its own solid angle. */
@@ -204,53 +236,11 @@ TEST(one_pixel)
     }
 }
 
-/* The strongest is not the brightest. */
-TEST(two_discs)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const float bright[3] = {90000, 90000, 90000};
-    ibl_image map = sky(ctx, 0);
-    ibl_light lights[3];
-    double a[3], b[3];
-
-    look(&map, 400, 200, a);
-    look(&map, 410, 200, b); /* 3.3 degrees */
-    paint(&map, a, 0.4 * DEGREE, bright);
-    paint(&map, b, DEGREE, white);
-    ibl_image again = copy_of(ctx, &map);
-    NEED(take(ctx, &map, 3, lights) == 2);
-    CHECK_NEAR(angle_between(lights[0].direction, b) / pixel, 0, 0.1);
-    CHECK_NEAR(angle_between(lights[1].direction, a) / pixel, 0, 0.1);
-    CHECK(map_pixel(&map, 400, 200)[0] == 1);
-    NEED(take(ctx, &again, 1, lights) == 1);
-    CHECK_NEAR(angle_between(lights[0].direction, b) / pixel, 0, 0.1);
-    CHECK(map_pixel(&again, 400, 200)[0] > 80000);
-}
-
-/* Of equal ones either is taken. These are clipped, as half floats are. */
-TEST(equal_suns)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = sky(ctx, 0);
-    ibl_light lights[2];
-
-    for (int i = 0; i < 8; i++) {
-        map_set(&map, 100 + i % 2, 256 + i / 2, 65504, 65504, 65504);
-        map_set(&map, 700 + i % 2, 252 + i / 2, 65504, 65504, 65504);
-    }
-    ibl_image again = copy_of(ctx, &map);
-    CHECK(take(ctx, &map, 2, lights) == 2);
-    CHECK_NEAR(lights[0].irradiance[0] / lights[1].irradiance[0], 1, 1e-3);
-    CHECK(take(ctx, &again, 1, lights) == 1);
-    CHECK((map_pixel(&again, 100, 256)[0] > 1) !=
-          (map_pixel(&again, 700, 252)[0] > 1));
-}
-
 static void untouched(const ibl_image *map, const char *why)
 {
     static test_messages kept;
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image now = copy_of(ctx, map);
+    ibl_image now = map_scaled(ctx, map, 1);
     ibl_light lights[4];
 
     kept.text[IBL_LOG_WARNING][0] = 0;
@@ -275,29 +265,6 @@ static void paint_haze(const ibl_image *map, const double to[3], double most,
         }
 }
 
-/* A light in haze, which leaves a smooth map that is nowhere darker than what
- * is around it. */
-TEST(glow)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = sky(ctx, 0);
-    ibl_light light;
-    double to[3], most = 0;
-
-    look(&map, 300, 150, to);
-    paint_haze(&map, to, 2e4, 3);
-    NEED(take(ctx, &map, 1, &light) == 1);
-    CHECK_NEAR(angle_between(light.direction, to) / pixel, 0, 0.1);
-    CHECK(light.radius < 0.8 * DEGREE);
-    for (int y = 140; y < 160; y++)
-        for (int x = 290; x < 310; x++) {
-            const double here = (double)map_pixel(&map, x, y)[0];
-            const double beside = (double)map_pixel(&map, x + 1, y)[0];
-            most = fmax(most, fabs(here / beside - 1));
-        }
-    CHECK_NEAR(most, 0, 0.5);
-}
-
 /* Around a sun haze may stay bright as far as circles go, if that is little of
  * the light. Haze alone is no light. */
 TEST(bright_haze)
@@ -318,108 +285,7 @@ TEST(bright_haze)
     untouched(&alone, "wider than 5 degrees");
 }
 
-/* ---- lamps side by side -------------------------------------------------- */
-
-/* Lamps at places in degrees around a middle, and what they have of 20000. */
-static const struct cluster {
-    double x, y; /* of the middle, in pixels */
-    double slope;
-    int count;
-    double at[4][3]; /* along the row and across it; share */
-} clusters[] = {
-    {300, 200, 0, 2, {{-0.75, 0, 1}, {0.75, 0, 1}}},           /* as one lamp */
-    {300, 200, 0.5, 2, {{-0.7, 0, 1}, {0.7, 0.5, 0.3}}},       /* unequal */
-    {1024, 150, 0, 3, {{-1.4, 0, 1}, {0, 0, 1}, {1.4, 0, 1}}}, /* the seam */
-    {100, 1, 0, 2, {{-0.75, 0, 1}, {0.75, 0, 0.6}}},           /* a pole */
-    {600, 300, 0, 3, {{-0.75, 0, 1}, {0.75, 0, 1}, {4, 0, 0.2}}},
-    {600, 300, 0, 2, {{-0.75, 0, 0.025}, {0.75, 0, 0.03}}}, /* 500 on 1 */
-};
-
-static void place_lamp(const double middle[3], const double at[3], double to[3])
-{
-    const double flat = hypot(middle[0], middle[2]);
-    const double row[3] = {-middle[2] / flat, 0, middle[0] / flat};
-
-    for (int c = 0; c < 3; c++)
-        to[c] = middle[c] + row[c] * at[0] * DEGREE;
-    to[1] += at[1] * DEGREE;
-    const double length = sqrt(test_dot(to, to));
-    for (int c = 0; c < 3; c++)
-        to[c] /= length;
-}
-
-/* Each is a light of its own with its energy, and nothing of it is left. As
- * many as were found are the same again. */
-static void one_cluster(ibl_ctx *ctx, const struct cluster *k)
-{
-    const ibl_image before = sky(ctx, k->slope);
-    ibl_image map = copy_of(ctx, &before);
-    ibl_light lights[8], again[8];
-    double middle[3], to[4][3], painted[4];
-
-    look(&map, k->x, k->y, middle);
-    for (int i = 0; i < k->count; i++) {
-        const float most = 20000 * (float)k->at[i][2];
-        place_lamp(middle, k->at[i], to[i]);
-        painted[i] =
-            paint(&map, to[i], 0.4 * DEGREE, (const float[]){most, most, most});
-    }
-    ibl_image other = copy_of(ctx, &map);
-    NEED(take(ctx, &map, 8, lights) == k->count);
-    for (int i = 0; i < k->count; i++) {
-        int at = 0;
-        for (int j = 1; j < k->count; j++)
-            if (angle_between(lights[j].direction, to[i]) <
-                angle_between(lights[at].direction, to[i]))
-                at = j;
-        CHECK_NEAR(angle_between(lights[at].direction, to[i]) / pixel, 0, 0.1);
-        CHECK_NEAR(lights[at].irradiance[0] / painted[i], 1, 0.01);
-        CHECK_NEAR((lights[at].radius / DEGREE - 0.4) * DEGREE / pixel, 0, 0.3);
-    }
-    CHECK_NEAR(most_change(&map, &before, middle, 9 * DEGREE), 0,
-               k->slope > 0 ? 3 * k->slope * pixel : 1e-6);
-    CHECK(take(ctx, &other, k->count, again) == k->count);
-    CHECK(!memcmp(lights, again, (size_t)k->count * sizeof *lights));
-}
-
-TEST(lamps_side_by_side)
-{
-    for (size_t i = 0; i < sizeof clusters / sizeof *clusters; i++)
-        one_cluster(test_ctx(1, IBL_ISA_AUTO), &clusters[i]);
-}
-
-/* Two as one have the light of both, in the middle between them, and are as far
- * spread. */
-TEST(one_of_two)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = sky(ctx, 0);
-    ibl_light light;
-    double to[2][3], middle[3];
-
-    for (int i = 0; i < 2; i++)
-        look(&map, 300 + 4 * i, 200, to[i]);
-    look(&map, 302, 200, middle);
-    const double painted = paint(&map, to[0], 0.4 * DEGREE, white) +
-                           paint(&map, to[1], 0.4 * DEGREE, white);
-    NEED(take(ctx, &map, 1, &light) == 1);
-    CHECK_NEAR(light.irradiance[0] / painted, 1, 1e-5);
-    CHECK_NEAR(angle_between(light.direction, middle) / pixel, 0, 0.1);
-    const double apart = angle_between(to[0], middle) / DEGREE;
-    CHECK_NEAR(light.radius / DEGREE, sqrt(2 * apart * apart + 0.16), 0.1);
-}
-
 /* ---- energy -------------------------------------------------------------- */
-
-static void mean_of(ibl_ctx *ctx, const ibl_image *map, double rgb[3])
-{
-    ibl_reference *ref;
-    NEED(!ibl_reference_create(ctx, map, 0, &ref));
-    CHECK(!ibl_reference_sh(ref, 0, rgb));
-    ibl_reference_free(ref);
-    for (int c = 0; c < 3; c++)
-        rgb[c] /= sqrt(4 * M_PI);
-}
 
 /* Nothing is lost or won, whatever the map; no value leaves the range. */
 TEST(random_maps)
@@ -430,47 +296,25 @@ TEST(random_maps)
 
     for (uint64_t seed = 1; seed <= (TEST_SANITIZED ? 30 : 150); seed++) {
         test_random r = {seed};
-        map_kind kind;
-        ibl_image map = map_random(ctx, &r, &kind);
+        const int w = 1 + test_random_below(&r, 64);
+        const int h = seed % 2 ? 1 + w / 2 : 1 + test_random_below(&r, 40);
+        ibl_image map =
+            map_of_kind(ctx, &r, (map_kind)(seed % MAP_KINDS), w, h);
         double before[3], after[3], low[3], high[3], now_low, now_high;
         for (int c = 0; c < 3; c++)
             map_range(&map, c, &low[c], &high[c]);
-        mean_of(ctx, &map, before);
+        reference_mean(&map, before);
         const int count = take(ctx, &map, IBL_MAX_LIGHTS, lights);
-        mean_of(ctx, &map, after);
+        reference_mean(&map, after);
         for (int c = 0; c < 3; c++) {
             for (int i = 0; i < count; i++)
                 after[c] += lights[i].irradiance[c] / (4 * M_PI);
-            CHECK_MSG(fabs(after[c] - before[c]) <= 1e-9 * before[c],
+            CHECK_MSG(fabs(after[c] - before[c]) <= 1e-7 * before[c],
                       "seed %d: %.17g, not %.17g", (int)seed, after[c],
                       before[c]);
             map_range(&map, c, &now_low, &now_high);
             CHECK(now_low >= low[c] && now_high <= high[c]);
         }
-    }
-}
-
-/* ---- directions ---------------------------------------------------------- */
-
-/* The brightest texel of the cube that is turned by the same yaw. */
-TEST(turned)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const double yaws[] = {0, 90, -33, 1e4};
-
-    for (int k = 0; k < 4; k++) {
-        ibl_image map = map_constant(ctx, 256, 128, 0.1F);
-        ibl_light light;
-        int count, best = 0;
-        double to[3];
-        map_set(&map, 71, 50, 1e5F, 1e5F, 1e5F);
-        const ibl_cube cube = cube_level0(ctx, &map, yaws[k], 64);
-        NEED(!ibl_image_take_lights(ctx, &map, yaws[k], 1, &light, &count) &&
-             count == 1);
-        for (int i = 0; i < 6 * 64 * 64; i++)
-            best = cube.data[3 * i] > cube.data[3 * best] ? i : best;
-        ibl_cube_direction(64, best / 4096, best % 64, best / 64 % 64, to);
-        CHECK_NEAR(angle_between(to, light.direction), 0, 2.0 / 64);
     }
 }
 
@@ -509,34 +353,4 @@ TEST(nothing)
     look(&wide, 100, 100, to);
     paint(&wide, to, 3 * DEGREE, white);
     untouched(&wide, "wider than 5 degrees");
-}
-
-/* ---- photographs --------------------------------------------------------- */
-
-static int count_in(ibl_ctx *ctx, const char *name, ibl_light *lights)
-{
-    const char *path = test_shared_data(name);
-    ibl_image map;
-    int count;
-
-    if (!path)
-        test_skip("no %s", name);
-    NEED(!ibl_image_read(ctx, path, NULL, &map, NULL));
-    test_image(map);
-    NEED(!ibl_image_take_lights(ctx, &map, 0, 8, lights, &count));
-    return count;
-}
-
-/* A sun on one to three pixels with glow, as wide as these; and lamps that are
- * out of focus. */
-TEST(photographs)
-{
-    static test_messages kept;
-    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_light lights[8];
-
-    NEED(count_in(ctx, "quarry_01_1k.hdr", lights) == 1);
-    CHECK_NEAR(lights[0].radius / DEGREE, 0.33, 0.05);
-    CHECK_NEAR(lights[0].irradiance[1], 4, 0.1);
-    CHECK(count_in(ctx, "royal_esplanade_1k.hdr", lights) == 0);
 }

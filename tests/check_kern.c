@@ -1,17 +1,25 @@
 /* SPDX-License-Identifier: MIT */
-/* Kernels that give the same bytes in every version: each against what it is
- * to give by its definition or, where that is a sum, against plain C. */
+/*
+ * Kernels by every instruction set, at every length, in one table. The truth is
+ * what they are to give by their definition, in double where that is a sum,
+ * within what roundings leave; where it is many steps, plain C.
+ */
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "kern.h"
 #include "kern/astc_hdr.h"
+#include "kern/fft.h"
+#include "kern/gather.h"
 #include "kern/half_planes.h"
+#include "kern/interp.h"
 #include "kern/max_finite.h"
 #include "kern/pixel.h"
 #include "kern/rgbe.h"
+#include "kern/row_block.h"
 
 /* The version to take where the definition is plain C. */
 static ibl_isa plain_or(ibl_isa isa)
@@ -309,21 +317,550 @@ static size_t astc_blocks(ibl_isa isa, test_random *r, int n, void *out)
     return 0;
 }
 
-/* ---- all of them -------------------------------------------------------- */
+/* ---- sums: values and what they may be off by ---------------------------- */
 
-static const kern_same kernels[] = {
-    {"rgbe", rgbe_to_rgb, 12, 4, 130, 1, 65536},
-    {"run lengths", rgbe_expand, 1, 1, 300, 8, 4096},
-    {"planes of halves", half_planes, 12, 4, 70, 1, 32768},
-    {"unzip", unzip, 2, 1, 350, 1, 0},
-    {"largest float", max_finite, 0, 1, 300, 40, 0},
-    {"RGBA16F", rgba16f, 8, 1, 70, 5, 300000},
-    {"RG16F", rg16f, 4, 1, 70, 5, 300000},
-    {"halves to floats", halves_to_floats, 12, 4, 70, 1, 65536},
-    {"ASTC", astc_blocks, 16, 1, 12, 3, 0},
+static const double pi = 3.14159265358979323846;
+
+static float *random_floats(test_random *r, size_t count, size_t align)
+{
+    float *p = kern_alloc(count * sizeof *p, align);
+    for (size_t i = 0; i < count; i++)
+        p[i] = (float)test_random_between(r, -1, 1);
+    return p;
+}
+
+/* ---- gather ------------------------------------------------------------- */
+
+enum {
+    MAX_SAMPLES = 512
 };
 
-TEST(same_bytes)
+/* Two levels, and two groups of samples: count from the first on, about half
+ * of that from 256 on. Weights past a group's end are never used. */
+typedef struct lookups {
+    ibl_gather_level levels[2];
+    float *texels[2];
+    float *arrays; /* 5 x MAX_SAMPLES */
+    ibl_gather_group groups[2];
+    ibl_gather_samples set;
+    float frame[9];
+} lookups;
+
+/* Directions of every kind: axes, diagonals, near ties, any length. */
+static void random_direction(test_random *r, double d[3])
+{
+    static const double special[] = {0, 1, -1, 0.5, -0.5, 1.0000001, 1e-6};
+    const int kind = test_random_below(r, 3);
+    const double scale =
+        kind == 2 ? ldexp(1, test_random_below(r, 120) - 60) : 1;
+    do {
+        for (int k = 0; k < 3; k++)
+            d[k] = kind ? scale * test_random_between(r, -1, 1)
+                        : special[test_random_below(r, 7)];
+    } while (test_dot(d, d) < 0x1p-124);
+}
+
+/* flat: all of a level's texels are the same, so that it does not matter which
+ * of two faces a tie is looked up in; else directions have no ties. */
+static void lookups_make(lookups *x, int edge, int count, int mips, bool flat,
+                         test_random *r)
+{
+    float *a = x->arrays = kern_alloc(5 * MAX_SAMPLES * sizeof *a, 64);
+    for (int l = 0; l < 2; l++) {
+        const int n = l ? 1 + edge / 2 : edge;
+        const size_t floats = 24 * (size_t)((n + 2) * (n + 2));
+        float *t = x->texels[l] = kern_alloc(floats * sizeof *t, 4);
+        for (size_t i = 0; i < floats; i++)
+            t[i] =
+                (float)(flat ? 3 + l : pow(10, test_random_between(r, -3, 5)));
+        x->levels[l] = (ibl_gather_level){t, n};
+    }
+    x->groups[0] = (ibl_gather_group){0, count, 0, mips};
+    x->groups[1] = (ibl_gather_group){256, 1 + count / 2, mips == 1, mips};
+    x->set = (ibl_gather_samples){a,
+                                  a + MAX_SAMPLES,
+                                  a + 2 * MAX_SAMPLES,
+                                  a + 3 * MAX_SAMPLES,
+                                  a + 4 * MAX_SAMPLES,
+                                  x->groups,
+                                  2};
+    for (int i = 0; i < MAX_SAMPLES; i++) {
+        const ibl_gather_group *g = &x->groups[i / 256];
+        const bool used = i < g->first + g->count;
+        double d[3];
+        random_direction(r, d);
+        for (int k = 0; k < 3; k++)
+            a[k * MAX_SAMPLES + i] =
+                (float)(flat ? d[k] : test_random_between(r, -1, 1));
+        for (int k = 3; k < 5; k++)
+            a[k * MAX_SAMPLES + i] = used ? (float)test_random_unit(r) : NAN;
+    }
+    const double p = test_random_between(r, 0, 6.3) * (edge % 3 > 0);
+    const double q = test_random_between(r, 0, 6.3) * (edge % 3 > 0);
+    const double f[9] = {cos(p),           sin(p),           0,
+                         -sin(p) * cos(q), cos(p) * cos(q),  sin(q),
+                         sin(p) * sin(q),  -cos(p) * sin(q), cos(q)};
+    for (int k = 0; k < 9; k++)
+        x->frame[k] = (float)f[k];
+}
+
+static void true_lookup(const ibl_gather_level *level, const double d[3],
+                        double weight, double rgb[3])
+{
+    const double rows[6][2][3] = {
+        {{0, 0, -1}, {0, -1, 0}}, {{0, 0, 1}, {0, -1, 0}},
+        {{1, 0, 0}, {0, 0, 1}},   {{1, 0, 0}, {0, 0, -1}},
+        {{1, 0, 0}, {0, -1, 0}},  {{-1, 0, 0}, {0, -1, 0}}};
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        axis = fabs(d[k]) > fabs(d[axis]) ? k : axis;
+    const int face = 2 * axis + (d[axis] < 0), n = level->edge;
+    double p[2];
+    for (int k = 0; k < 2; k++) {
+        const double *e = rows[face][k];
+        const double u = (e[0] * d[0] + e[1] * d[1] + e[2] * d[2]);
+        p[k] = (u / fabs(d[axis]) + 1) / 2 * n - 0.5;
+    }
+    const double x = floor(p[0]), y = floor(p[1]);
+    for (int tap = 0; tap < 4; tap++) {
+        const int i = (int)x + 1 + tap % 2, j = (int)y + 1 + tap / 2;
+        const double w = (tap % 2 ? p[0] - x : 1 - (p[0] - x)) *
+                         (tap / 2 ? p[1] - y : 1 - (p[1] - y));
+        const float *t =
+            level->texels + 4 * ((face * (n + 2) + j) * (n + 2) + i);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += w > 1e-9 ? weight * w * (double)t[c] : 0;
+    }
+}
+
+static void true_gather(const lookups *x, double rgb[3])
+{
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int g = 0; g < 2; g++) {
+        const ibl_gather_group *group = &x->groups[g];
+        for (int i = group->first; i < group->first + group->count; i++) {
+            double d[3];
+            for (int k = 0; k < 3; k++)
+                d[k] = (double)x->set.x[i] * (double)x->frame[k] +
+                       (double)x->set.y[i] * (double)x->frame[3 + k] +
+                       (double)x->set.z[i] * (double)x->frame[6 + k];
+            true_lookup(&x->levels[group->level], d, (double)x->set.fine[i],
+                        rgb);
+            if (group->mips == 2)
+                true_lookup(&x->levels[group->level + 1], d,
+                            (double)x->set.coarse[i], rgb);
+        }
+    }
+}
+
+/* Eight terms >= 0 for each sample, in any order; a position is rounded by some
+ * n ulp, which counts where texels differ. */
+static size_t gather(ibl_isa isa, test_random *r, int n, void *out)
+{
+    const int edge = 1 + test_random_below(r, n > 99 ? 301 : 40);
+    const bool flat = test_random_below(r, 2);
+    kern_near *to = out;
+    double rgb[3];
+    ibl_gather_dsp dsp;
+    lookups x;
+    if (n < 1)
+        return 0;
+    lookups_make(&x, edge, n, 1 + test_random_below(r, 2), flat, r);
+    if (isa)
+        ibl_gather_dsp_init(&dsp, isa);
+    if (isa)
+        dsp.gather(&x.set, x.levels, x.frame, rgb);
+    else
+        true_gather(&x, rgb);
+    for (int c = 0; c < 3; c++)
+        to[c] = (kern_near){rgb[c], (8 * n + (flat ? 8 : 100 * edge)) *
+                                        (double)FLT_EPSILON * rgb[c]};
+    kern_free(x.texels[0]);
+    kern_free(x.texels[1]);
+    kern_free(x.arrays);
+    return 0;
+}
+
+/* ---- interpolation ------------------------------------------------------ */
+
+/* Of points, as floats with what they lack, in eights. */
+static size_t angles(ibl_isa isa, test_random *r, int n, void *out)
+{
+    const int count = 8 * n;
+    float *point = kern_alloc((size_t)count * 6 * sizeof *point, 64);
+    double *theta = kern_alloc((size_t)count * sizeof *theta, 64);
+    double *phi = kern_alloc((size_t)count * sizeof *phi, 64);
+    kern_near *to = out;
+    ibl_interp_dsp dsp;
+    for (int i = 0; i < count; i++) {
+        double d[3];
+        random_direction(r, d);
+        const double length = sqrt(test_dot(d, d));
+        for (int k = 0; k < 3; k++) {
+            d[k] /= length;
+            point[k * count + i] = (float)d[k];
+            point[(k + 3) * count + i] =
+                (float)(d[k] - (double)point[k * count + i]);
+        }
+        theta[i] = atan2(hypot(d[0], d[2]), d[1]);
+        phi[i] = atan2(d[2], d[0]);
+        to[3 * i].bound = 1e-11;
+        to[3 * i + 1].bound = to[3 * i + 2].bound =
+            fmin(1e-11 / hypot(d[0], d[2]), 2);
+    }
+    if (isa) {
+        ibl_interp_dsp_init(&dsp, isa);
+        dsp.angles(point, count, count, theta, phi);
+    }
+    for (int i = 0; i < count; i++) {
+        to[3 * i].value = theta[i];
+        to[3 * i + 1].value = cos(phi[i]);
+        to[3 * i + 2].value = sin(phi[i]);
+    }
+    kern_free(point);
+    kern_free(theta);
+    kern_free(phi);
+    return 0;
+}
+
+/* Solves n equations; row i is a[i][0..n - 1] and the right side a[i][n]. */
+static void solve(int n, long double a[][10])
+{
+    for (int k = 0; k < n; k++) {
+        int best = k;
+        for (int i = k; i < n; i++)
+            best = fabsl(a[i][k]) > fabsl(a[best][k]) ? i : best;
+        for (int j = 0; j <= n; j++) {
+            const long double x = a[k][j];
+            a[k][j] = a[best][j];
+            a[best][j] = x;
+        }
+        for (int i = 0; i < n; i++) {
+            const long double f = a[i][k] / a[k][k];
+            for (int j = k; i != k && j <= n; j++)
+                a[i][j] -= f * a[k][j];
+        }
+    }
+    for (int i = 0; i < n; i++)
+        a[i][n] /= a[i][i];
+}
+
+/*
+ * The constants of kern/interp_simd.c. Along a line a field of one degree has
+ * waves of all lengths above its own. For waves of power p and w radians per
+ * sample, weights c_k of samples at x_k have at g the mean square error
+ *     sum over w of p |e^(i w g) - sum over k of c_k e^(i w x_k)|^2
+ * with a noise as large as a float's rounding. It is made least, with a sum
+ * of 1, at Chebyshev's nodes, and polynomials go through these weights.
+ */
+static void design(long double coef[6][8])
+{
+    long double node[6], w[6][8];
+    for (int n = 0; n < 6; n++) {
+        long double a[9][10] = {{0}}, power = 0, total = 0;
+        node[n] = 0.5L * cosl((long double)pi * (n + 0.5L) / 6);
+        for (int l = 32; l > 0; l--) {
+            const long double turn = 2 * (long double)pi * l / 32 / 3;
+            power += powl(10, -10.0L * l / 32);
+            total += power;
+            for (int i = 0; i < 8; i++) {
+                for (int j = 0; j < 8; j++)
+                    a[i][j] += power * cosl(turn * (i - j));
+                a[i][9] += power * cosl(turn * (node[n] - i + 3.5L));
+            }
+        }
+        for (int i = 0; i < 8; i++) {
+            a[i][i] += 1e-14L * total;
+            a[i][8] = a[8][i] = total;
+        }
+        a[8][9] = total;
+        solve(9, a);
+        for (int k = 0; k < 8; k++)
+            w[n][k] = a[k][9];
+    }
+    for (int k = 0; k < 8; k++) {
+        long double a[6][10] = {{0}};
+        for (int n = 0; n < 6; n++) {
+            for (int d = 0; d < 6; d++)
+                a[n][d] = powl(node[n], d);
+            a[n][6] = w[n][k];
+        }
+        solve(6, a);
+        for (int d = 0; d < 6; d++)
+            coef[d][k] = a[d][6];
+    }
+}
+
+/* Positions of every kind, whole ones and those below 0 among them. With
+ * IBL_TEST_VERBOSE=1 the constants are printed. */
+static size_t weights(ibl_isa isa, test_random *r, int n, void *out)
+{
+    static long double coef[6][8];
+    double *angle = kern_alloc((size_t)n * sizeof *angle, 8);
+    int *first = kern_alloc((size_t)n * sizeof *first, 4);
+    float *weight = kern_alloc((size_t)n * 8 * sizeof *weight, 4);
+    kern_near *to = out;
+    ibl_interp_dsp dsp;
+    if (coef[0][0] == 0)
+        design(coef);
+    if (getenv("IBL_TEST_VERBOSE") && !n && !isa)
+        for (int i = 0; i < 48; i++)
+            printf("%.15Lg,%c", coef[i / 8][i % 8], i % 8 == 7 ? '\n' : ' ');
+    for (int i = 0; i < n; i++) {
+        angle[i] = i % 5 ? test_random_between(r, -3, 40) : i / 5;
+        const double position = 10 * angle[i] - 0.5;
+        const double t = position - floor(position);
+        first[i] = (int)floor(position) - 3;
+        for (int k = 0; k < 8 && !isa; k++) {
+            double want = 0;
+            for (int d = 5; d >= 0; d--)
+                want = want * (t - 0.5) + (double)coef[d][k];
+            to[9 * i + k + 1] = (kern_near){want, 1.3e-7};
+        }
+    }
+    if (isa) {
+        ibl_interp_dsp_init(&dsp, isa);
+        dsp.weights(-0.5, 10, angle, n, first, weight);
+    }
+    for (int i = 0; i < n; i++) {
+        to[9 * i] = (kern_near){first[i], 0};
+        for (int k = 0; k < 8 && isa; k++)
+            to[9 * i + k + 1].value = (double)weight[8 * i + k];
+    }
+    kern_free(angle);
+    kern_free(first);
+    kern_free(weight);
+    return 0;
+}
+
+/* One texel's channel in double, and the sum of the terms' sizes. */
+static double true_texel(const ibl_interp_row *row, int i, int channel,
+                         double *size)
+{
+    double sum = 0;
+    *size = 0;
+    for (int j = 0; j < 8; j++)
+        for (int k = 0; k < 8; k++) {
+            const double x =
+                (double)row->ring_weight[8 * i + j] *
+                (double)row->column_weight[8 * i + k] *
+                (double)row->grid[(row->ring[i] + j) * row->stride +
+                                  4 * (row->column[i] + k) + channel];
+            sum += x;
+            *size += fabs(x);
+        }
+    return sum;
+}
+
+/* A grid of NaN but for the samples that texels touch. */
+static size_t rows(ibl_isa isa, test_random *r, int count, void *out)
+{
+    enum {
+        MAX_TEXELS = 40,
+        RINGS = 24,
+        COLUMNS = 64
+    };
+    const size_t floats = 4 * COLUMNS;
+    float *grid = kern_alloc(RINGS * floats * sizeof *grid, 4);
+    float *ring_weight = random_floats(r, 8 * (size_t)count, 4);
+    float *column_weight = random_floats(r, 8 * (size_t)count, 4);
+    int ring[MAX_TEXELS], column[MAX_TEXELS];
+    ibl_interp_dsp dsp;
+    kern_near *to = out;
+    for (size_t i = 0; i < RINGS * floats; i++)
+        grid[i] = NAN;
+    for (int i = 0; i < MAX_TEXELS; i++) {
+        ring[i] = test_random_below(r, RINGS - 7);
+        column[i] = test_random_below(r, COLUMNS - 7);
+    }
+    const ibl_interp_row row = {
+        .grid = grid,
+        .stride = (ptrdiff_t)floats,
+        .ring = ring,
+        .column = column,
+        .ring_weight = ring_weight,
+        .column_weight = column_weight,
+        .count = count,
+        .rgba = kern_alloc((size_t)count * 4 * sizeof(float), 4)};
+    for (int i = 0; i < count * 8 * 32; i++)
+        grid[(ring[i / 256] + i / 32 % 8) * row.stride + 4 * column[i / 256] +
+             i % 32] = (float)(test_random_between(r, -0.3, 0.7) *
+                               pow(10, test_random_between(r, 0, 6)));
+    if (isa) {
+        ibl_interp_dsp_init(&dsp, isa);
+        dsp.row(&row);
+    }
+    for (int i = 0; i < 4 * count; i++) {
+        double size = 0;
+        to[i].value =
+            isa ? (double)row.rgba[i] : true_texel(&row, i / 4, i % 4, &size);
+        to[i].bound = 9 * (double)FLT_EPSILON * size;
+    }
+    kern_free(row.rgba);
+    kern_free(ring_weight);
+    kern_free(column_weight);
+    kern_free(grid);
+    return 0;
+}
+
+/* ---- pixels to samples --------------------------------------------------- */
+
+enum {
+    LANES = IBL_ROW_BLOCK_LANES,
+    TAPS = IBL_ROW_BLOCK_TAPS,
+    STEP = 23 /* samples of 5 pixels */
+};
+
+/* Random taps, firsts that stand, step and jump; blocks of any length. */
+static size_t spread(ibl_isa isa, test_random *r, int n, void *out)
+{
+    int32_t first[] = {0, 0, 1, 2, 22};
+    float *taps = random_floats(r, 5 * TAPS, 4);
+    float *pixels = random_floats(r, (size_t)n * LANES, 64);
+    kern_near *to = out;
+    ibl_row_block_dsp dsp;
+    const ibl_row_block_spread by = {5, STEP, first, taps};
+    const int used =
+        n ? ((int)ibl_row_block_first(&by, n - 1) + TAPS) * LANES : 0;
+    float *samples = kern_alloc((size_t)used * sizeof *samples, 64);
+    ibl_row_block_dsp_init(&dsp, plain_or(isa));
+    for (int k = 0; k < used; k++)
+        to[k] = (kern_near){0, 20 * (double)FLT_EPSILON};
+    for (int i = 0; i < n * TAPS * LANES && !isa; i++) {
+        const int p = i / (TAPS * LANES), k = i % (TAPS * LANES);
+        to[(first[p % 5] + p / 5 * STEP) * LANES + k].value +=
+            (double)taps[p % 5 * TAPS + k / LANES] *
+            (double)pixels[p * LANES + k % LANES];
+    }
+    for (int i = 0; isa && i < n;) {
+        const int some = 1 + test_random_below(r, n), left = n - i;
+        const int block = some < left ? some : left;
+        dsp.spread(&by, pixels + (ptrdiff_t)i * LANES, i, block, samples);
+        i += block;
+    }
+    for (int k = 0; k < used && isa; k++)
+        to[k].value = (double)samples[k];
+    kern_free(samples);
+    kern_free(pixels);
+    kern_free(taps);
+    return 0;
+}
+
+/* ---- Fourier transforms -------------------------------------------------- */
+
+enum {
+    FFT = IBL_FFT_LANES,
+    PROBES = 40 /* of a transform's values are judged */
+};
+
+/* The real transforms of 2^(n + 1) values with everything around them: bins
+ * times factors, and back. Each of log2 stages adds about 0.4 epsilon; of what
+ * a transform does, 5 standard deviations. Bins are of period 2^(n + 1),
+ * however many are asked for. */
+static size_t fft(ibl_isa isa, test_random *r, int n, void *out)
+{
+    if (n < 1)
+        return 0;
+    const bool forward = test_random_below(r, 2);
+    const int length = 2 << n, more = n < 6 ? test_random_below(r, 40) : 0;
+    const int count = forward ? length / 2 + 1 + more : length >> (1 + n % 3);
+    const int pairs = forward ? count : length / 2;
+    double *factor = kern_alloc(2 * (size_t)pairs * sizeof *factor, 64);
+    ibl_fft_pair *pair = kern_alloc((size_t)pairs * sizeof *pair, 64);
+    float *z = random_floats(r, (size_t)length * FFT, 64);
+    float *spectrum = random_floats(r, 2 * (size_t)count * FFT, 64);
+    const ibl_fft_spectrum where = {spectrum, 2 * FFT, FFT};
+    const double rms =
+        sqrt(length / 3.0) * (forward ? 1.6 : 2.0) * (double)FLT_EPSILON;
+    kern_near *to = out;
+    ibl_fft_dsp dsp;
+    ibl_fft plan;
+    NEED(ibl_fft_init(&plan, length / 2));
+    for (int m = 0; m < pairs; m++) { /* those beyond count do not exist */
+        const double a = m ? 6.3 * test_random_unit(r) : 0;
+        const double size = m < count ? 0.5 + test_random_unit(r) : NAN;
+        factor[2 * m] = size * cos(a);
+        factor[2 * m + 1] = size * sin(a);
+    }
+    for (int p = 0; p < PROBES; p++) {
+        const int lane = p % FFT;
+        const int at = test_random_below(r, forward ? count : length);
+        double sum[2] = {0};
+        const double *f = factor + 2 * at;
+        for (int i = 0; i < (forward ? length : count) && !isa; i++) {
+            const double turn =
+                2 * pi * (int)((int64_t)at * i % length) / length;
+            const double c = cos(turn), s = sin(turn);
+            if (forward) {
+                const double v = (double)z[i * FFT + lane];
+                sum[0] += v * (c * f[0] + s * f[1]);
+                sum[1] += v * (c * f[1] - s * f[0]);
+            } else {
+                const float *g = spectrum + 2 * i * FFT + lane;
+                const double *k = factor + 2 * i;
+                const double re = (double)g[0] * k[0] - (double)g[FFT] * k[1];
+                const double im = (double)g[0] * k[1] + (double)g[FFT] * k[0];
+                sum[0] += i ? 2 * (re * c - im * s) : re;
+            }
+        }
+        for (int k = 0; k < 2; k++)
+            to[2 * p + k] =
+                (kern_near){sum[k], 5 * rms * (0.6 + 0.18 * (n + 1))};
+        to[2 * PROBES + p].value = at; /* of which */
+        to[2 * PROBES + p].bound = 0;
+    }
+    if (isa)
+        ibl_fft_dsp_init(&dsp, isa);
+    if (forward) {
+        ibl_fft_real_pairs(length / 2, factor, count, pair);
+        if (isa) {
+            dsp.forward(&plan, z);
+            dsp.split(z, pair, count, &where);
+        }
+    } else {
+        ibl_fft_real_pairs_inverse(length / 2, factor, count, pair);
+        if (isa) {
+            dsp.merge(&where, pair, plan.size, z);
+            dsp.inverse(&plan, z);
+        }
+    }
+    for (int p = 0; p < PROBES && isa; p++) {
+        const int at = (int)to[2 * PROBES + p].value, lane = p % FFT;
+        to[2 * p].value = (double)(forward ? spectrum[2 * at * FFT + lane]
+                                           : z[at * FFT + lane]);
+        if (forward)
+            to[2 * p + 1].value = (double)spectrum[(2 * at + 1) * FFT + lane];
+    }
+    ibl_fft_free(&plan);
+    kern_free(factor);
+    kern_free(pair);
+    kern_free(z);
+    kern_free(spectrum);
+    return 0;
+}
+
+/* ---- all of them -------------------------------------------------------- */
+
+#define NEAR(values) (values) * sizeof(kern_near)
+static const kern_same kernels[] = {
+    {"rgbe", rgbe_to_rgb, 12, 4, 130, 1, 65536, false},
+    {"run lengths", rgbe_expand, 1, 1, 300, 2, 4096, false},
+    {"planes of halves", half_planes, 12, 4, 70, 1, 32768, false},
+    {"unzip", unzip, 2, 1, 350, 1, 0, false},
+    {"largest float", max_finite, 0, 1, 150, 6, 0, false},
+    {"RGBA16F", rgba16f, 8, 1, 70, 2, 100000, false},
+    {"RG16F", rg16f, 4, 1, 70, 2, 100000, false},
+    {"halves to floats", halves_to_floats, 12, 4, 70, 1, 65536, false},
+    {"ASTC", astc_blocks, 16, 1, 12, 3, 0, false},
+    {"gather", gather, NEAR(3), 8, 50, 2, IBL_GATHER_MAX_GROUP, true},
+    {"angles", angles, NEAR(24), 8, 8, 1, 0, true},
+    {"weights", weights, NEAR(9), 8, 40, 1, 0, true},
+    {"rows", rows, NEAR(4), 8, 40, 2, 0, true},
+    {"spread", spread, NEAR((8 + TAPS) * LANES), 8, 64, 1, 0, true},
+    {"fft", fft, NEAR(3 * PROBES), 8, 15, 2, 0, true},
+};
+
+TEST(kernels_of_every_length)
 {
     for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++)
         kern_check_same(&kernels[i]);

@@ -4,29 +4,18 @@
 
 #include "bake/spectral/lobe_coefficients.h"
 #include "test.h"
+#include "truth.h"
 
 static const long double pi = 3.141592653589793238462643383279503L;
 static const ibl_lobe lobes[] = {IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
                                  IBL_LOBE_PHONG};
 
-static double *doubles(int n)
-{
-    return test_alloc((size_t)n, sizeof(double));
-}
-
 static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
 {
-    double *k = doubles(degree + 1);
+    double *k = test_alloc((size_t)degree + 1, sizeof *k);
     const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
     CHECK(ibl_lobe_coefficients(ctx, &shape, degree, k) == IBL_OK);
     return k;
-}
-
-static ibl_status band_of(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
-                          double tail, int limit, int *band)
-{
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
-    return ibl_lobe_degree(ctx, &shape, tail, limit, band);
 }
 
 /* ---- brute force ------------------------------------------------------- */
@@ -34,27 +23,6 @@ static ibl_status band_of(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
 enum {
     RULE = 32
 };
-
-/* Gauss-Legendre in long double, by Newton's method. */
-static void make_rule(long double x[RULE], long double w[RULE])
-{
-    for (int i = 0; i < RULE; i++) {
-        long double slope = 0;
-        x[i] = cosl(pi * (i + 0.75L) / (RULE + 0.5L));
-        for (int turn = 0; turn < 12; turn++) {
-            long double before = 1, p = x[i];
-            for (int l = 1; l < RULE; l++) {
-                const long double next =
-                    ((2 * l + 1) * x[i] * p - l * before) / (l + 1);
-                before = p;
-                p = next;
-            }
-            slope = RULE * (before - x[i] * p) / (1 - x[i] * x[i]);
-            x[i] -= p / slope;
-        }
-        w[i] = 2 / ((1 - x[i] * x[i]) * slope * slope);
-    }
-}
 
 /* The weights of ibl/ibl.h, not scaled. c = cos(psi), q = sin^2(psi / 2). */
 static long double weight(ibl_lobe lobe, long double alpha, long double q,
@@ -101,10 +69,8 @@ static brute add_up(ibl_lobe lobe, double alpha, int degree)
     brute b = {.lobe = lobe, .alpha = alpha, .degree = degree};
     const long double half = pi / 4, most = 12.0L / (degree + 1);
     long double x[RULE], w[RULE];
-    make_rule(x, w);
+    truth_gauss(RULE, x, w);
     b.k = test_alloc((size_t)degree + 1, sizeof *b.k);
-    if (!b.k)
-        exit(1);
     for (int end = 0; end < 2; end++) {
         long double at = 0, step = 1e-6L * b.alpha;
         while (at < half) {
@@ -159,76 +125,6 @@ TEST(against_brute_force)
                       worst_against(k, &b));
         }
     }
-}
-
-/* ---- tails and bands --------------------------------------------------- */
-
-/* What a point light's response loses that is cut off before `from`, in the
- * root mean square and in parts of the whole. */
-static double tail_of(const double *k, int degree, int from)
-{
-    double sum = 0, tail = 0;
-    for (int l = degree; l >= 0; l--) {
-        sum += (2 * l + 1) * k[l] * k[l];
-        if (l == from)
-            tail = sum;
-    }
-    return sqrt(tail / sum);
-}
-
-TEST(bands)
-{
-    static const double alphas[] = {0.02, 0.04, 0.16, 0.36, 0.64, 1};
-    static const double wanted[] = {1e-2, 1e-3, 1e-4, 1e-6};
-    enum {
-        DEGREE = 4096
-    };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    for (size_t i = 0; i < 3 * sizeof alphas / sizeof *alphas; i++) {
-        const ibl_lobe lobe = lobes[i % 3];
-        const double alpha = alphas[i / 3];
-        double *k = make(ctx, lobe, alpha, DEGREE);
-        for (int j = 0; j < 4; j++) {
-            int band = -1;
-            CHECK(!band_of(ctx, lobe, alpha, wanted[j], 16000, &band));
-            if (band == 16000)
-                continue;
-            if (band > DEGREE / 4) {
-                /* Of a degree that high the corner alone is left: l^-3/2. */
-                const double law = tail_of(k, DEGREE, DEGREE / 2) *
-                                   sqrt(8.0 / 7) *
-                                   pow(band / (DEGREE / 2.0), -1.5);
-                CHECK_MSG(fabs(law / wanted[j] - 1) < 0.1,
-                          "%s alpha %g: degree %d leaves %g, not %g",
-                          ibl_lobe_name(lobe), alpha, band, law, wanted[j]);
-                continue;
-            }
-            const double left = tail_of(k, DEGREE, band + 1);
-            const double before = tail_of(k, DEGREE, band);
-            CHECK_MSG(
-                left < 1.05 * wanted[j] &&
-                    (before > 0.95 * wanted[j] || band == 0 ||
-                     (band < 64 && tail_of(k, DEGREE, band - 1) > wanted[j])),
-                "%s alpha %g: degree %d leaves %g, one less %g of %g",
-                ibl_lobe_name(lobe), alpha, band, left, before, wanted[j]);
-        }
-    }
-}
-
-TEST(band_limits)
-{
-    int band = -1;
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1e-3, 1e-4, 300, &band));
-    CHECK(band == 300);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1e-30, 1e-4, 300, &band));
-    CHECK(band == 300);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1, 1e-12, 100, &band));
-    CHECK(band == 100);
-    CHECK(!band_of(ctx, IBL_LOBE_GGX, 1, 1, 100, &band));
-    CHECK(band == 0);
-    CHECK(!band_of(ctx, IBL_LOBE_PHONG, 0.5, 1e-3, 0, &band));
-    CHECK(band == 0);
 }
 
 /* ---- ends of the range ------------------------------------------------- */

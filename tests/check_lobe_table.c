@@ -9,8 +9,9 @@
 #include <string.h>
 
 #include "bake/lobe_fit.h"
-#include "ibl/io.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "test.h"
+#include "truth.h"
 
 enum {
     DEGREE = 40,
@@ -78,23 +79,13 @@ static void harmonics_at(double theta, double y[COUNT])
     }
 }
 
-/* GGX, height-correlated Smith, Schlick, times N.L; alpha = r^2. */
+/* Of a surface with N = Z: f F N.L. */
 static double surface(double n_v, double alpha, double f0, const double l[3])
 {
-    const double v[3] = {-sqrt(1 - n_v * n_v), 0, n_v};
-    double h[3], length = 0, a2 = alpha * alpha;
-    for (int i = 0; i < 3; i++) {
-        h[i] = l[i] + v[i];
-        length += h[i] * h[i];
-    }
-    length = sqrt(length);
-    const double n_h = h[2] / length, v_h = 0.5 * length, n_l = l[2];
-    const double t = n_h * n_h * (a2 - 1) + 1;
-    const double lambda_v = sqrt(1 + a2 * (1 - n_v * n_v) / (n_v * n_v));
-    const double lambda_l = sqrt(1 + a2 * (1 - n_l * n_l) / (n_l * n_l));
-    const double g = 2 / (lambda_v + lambda_l);
-    return a2 / (pi * t * t) * g / (4 * n_v) *
-           (f0 + (1 - f0) * pow(1 - v_h, 5));
+    const double n[3] = {0, 0, 1}, v[3] = {-sqrt(1 - n_v * n_v), 0, n_v};
+    double fc;
+    const double f = truth_ggx(IBL_GEOMETRY_SMITH, alpha, n, v, l, &fc);
+    return f * (f0 + (1 - f0) * fc);
 }
 
 /* Returns its energy. */
@@ -133,28 +124,6 @@ static double true_lobe(double n_v, double r, double f0, double out[COUNT])
     return energy;
 }
 
-/* k_l of the lobe of a level: D N.L about R = N, by the midpoint rule. */
-static void level_lobe(double r, double k[DEGREE + 1])
-{
-    const int steps = 4000;
-    memset(k, 0, (DEGREE + 1) * sizeof *k);
-    for (int i = 0; i < steps; i++) {
-        const double psi = 0.5 * pi * (i + 0.5) / steps, c = cos(psi);
-        const double h = cos(psi / 2), a2 = r * r * r * r;
-        const double t = h * h * (a2 - 1) + 1;
-        const double f = c * sin(psi) / (t * t);
-        double before = 0, here = 1;
-        for (int l = 0; l <= DEGREE; l++) {
-            const double next = ((2 * l + 1) * c * here - l * before) / (l + 1);
-            k[l] += f * here;
-            before = here;
-            here = next;
-        }
-    }
-    for (int l = DEGREE; l >= 0; l--)
-        k[l] /= k[0];
-}
-
 struct truth {
     ibl_specular_layout layout;
     double k[IBL_MAX_LEVELS][DEGREE + 1];
@@ -166,23 +135,30 @@ struct truth {
     double most_weight;
 };
 
+/* k_l of a level, which check_lobe_coefficients judges. */
+static void level_lobe(ibl_ctx *ctx, double r, double k[DEGREE + 1])
+{
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, r * r);
+    NEED(!ibl_lobe_coefficients(ctx, &shape, DEGREE, k));
+}
+
 static double c_of(int l)
 {
     return l ? pow(l, -1.5) : 0;
 }
 
-static struct truth *truth_of(const ibl_specular_layout *layout)
+static struct truth *truth_of(ibl_ctx *ctx, const ibl_specular_layout *layout)
 {
     struct truth *t = test_alloc(1, sizeof *t);
     t->layout = *layout;
     for (int a = 0; a < layout->levels; a++) {
         const double edge = layout->size >> a;
-        level_lobe(fmax(layout->roughness[a], 1e-3), t->k[a]);
+        level_lobe(ctx, fmax(layout->roughness[a], 1e-3), t->k[a]);
         /* What bilinear lookups blur between texels. */
         for (int l = 0; l <= DEGREE; l++)
             t->k[a][l] *= exp(-l * (l + 1.0) * pi / (18 * edge * edge));
     }
-    level_lobe(1, t->cosine);
+    level_lobe(ctx, 1, t->cosine);
     return t;
 }
 
@@ -307,7 +283,7 @@ static const struct place places[] = {{3, 14},  {3, 24},  {8, 18},  {8, 30},
 static const float halves[] = {0, 0.05F, 0.1F, 0.2F, 0.4F};
 
 /* The entry's error is at most a little above the least of its kind; four taps
- * are at least as near, and no other distance between them is much better. */
+ * are at least as near. */
 static void near_best(const ibl_lobe_table *table, struct truth *t,
                       struct place p, int layer)
 {
@@ -336,30 +312,22 @@ static void near_best(const ibl_lobe_table *table, struct truth *t,
     }
 }
 
-static void against_search(ibl_roughness_map mapping)
+TEST_SLOW(against_search)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    ibl_specular_options s = ibl_specular_options_default();
-    s.mapping = mapping;
-    NEED(!ibl_specular_layout_of(&s, &o.layout));
-    o.size = 32;
-    const ibl_lobe_table table = bake(ctx, &o);
-    struct truth *t = truth_of(&o.layout);
-    const size_t step = TEST_SANITIZED ? 4 : 1;
-    for (size_t i = 0; i < sizeof places / sizeof *places; i += step)
-        for (int layer = 0; layer < 2; layer++)
-            near_best(&table, t, places[i], layer);
-}
-
-TEST_SLOW(against_search_linear)
-{
-    against_search(IBL_ROUGHNESS_LINEAR);
-}
-
-TEST_SLOW(against_search_filament)
-{
-    against_search(IBL_ROUGHNESS_FILAMENT);
+    for (int k = 0; k < 2; k++) {
+        ibl_lobe_table_options o = ibl_lobe_table_options_default();
+        ibl_specular_options s = ibl_specular_options_default();
+        s.mapping = k ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
+        NEED(!ibl_specular_layout_of(&s, &o.layout));
+        o.size = 32;
+        const ibl_lobe_table table = bake(ctx, &o);
+        struct truth *t = truth_of(ctx, &o.layout);
+        for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+            near_best(&table, t, places[i], (int)i % 2);
+        for (size_t i = 0; i < sizeof places / sizeof *places; i += 3)
+            near_best(&table, t, places[i], 1 - (int)i % 2);
+    }
 }
 
 /* ---- what holds for every table -------------------------------------------
@@ -372,42 +340,6 @@ static void check_range(const ibl_lobe_table *t)
         bad += !(t->data[i] >= 0 &&
                  (double)t->data[i] <= (i % CHANNELS == 2 ? most_weight : 1));
     CHECK_MSG(!bad, "%d entries are out of range", bad);
-}
-
-/* Between texels the interpolated entry is nearly as good, for one tap and for
- * four, but between the last two rows. */
-TEST_SLOW(between)
-{
-    static const double spots[][2] = {{0.1, 0.3},   {0.3, 0.17},  {0.37, 0.5},
-                                      {0.57, 0.37}, {0.63, 0.77}, {0.83, 0.63},
-                                      {0.9, 0.83}};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const ibl_lobe_table table = bake(ctx, NULL);
-    const ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    struct truth *t = truth_of(&o.layout);
-    for (size_t i = 0; i < sizeof spots / sizeof *spots; i++)
-        for (int layer = 0; layer < 2; layer++) {
-            double at[3];
-            view(t, spots[i][0], spots[i][1], layer ? 0.04 : 1);
-            const double least = sqrt(search(t, at));
-            for (int four = 0; four < 2; four++) {
-                const double x = spots[i][0] * (table.size - 1);
-                const double y = spots[i][1] * (table.size - 1);
-                const double p = x - floor(x), q = y - floor(y);
-                float entry[CHANNELS] = {0};
-                for (int c = 0; c < 4 * CHANNELS; c++)
-                    entry[c / 4] +=
-                        (float)((c % 2 ? p : 1 - p) * (c / 2 % 2 ? q : 1 - q)) *
-                        texel(&table, layer + 2 * four, (int)x + c % 2,
-                              (int)y + c / 2 % 2)[c / 4];
-                const double error =
-                    sqrt(entry_error(t, entry, four ? TAPS : 1));
-                test_measured("nRMSE above the least", error - least, 0.02);
-                CHECK_MSG(error <= least + 0.02,
-                          "N.V %g r %g: %g with %d taps, least %g", spots[i][0],
-                          spots[i][1], error, four ? TAPS : 1, least);
-            }
-        }
 }
 
 /* A mirror is looked up in R at level 0. One tap has no distance. */
@@ -436,7 +368,6 @@ TEST(of_one_f0)
     ibl_lobe_table_options o = ibl_lobe_table_options_default();
     const ibl_lobe_table both = bake(ctx, &o);
     const size_t n = CHANNELS * (size_t)o.size * (size_t)o.size;
-    ibl_texture tex;
     for (int f = 0; f < 2; f++) {
         o.f0 = f ? IBL_F0_DIELECTRICS : IBL_F0_METALS;
         const ibl_lobe_table one = bake(ctx, &o);
@@ -444,31 +375,10 @@ TEST(of_one_f0)
         for (int taps = 0; taps < 2; taps++)
             CHECK(!memcmp(texel(&one, taps, 0, 0),
                           texel(&both, 2 * taps + f, 0, 0), n * sizeof(float)));
-        NEED(!ibl_texture_from_lobe_table(ctx, &one, &tex));
-        CHECK(tex.pixel == IBL_PIXEL_RGBA16F && tex.bytes == 2 * 2 * n);
-        for (int layer = 0; layer < 2; layer++) {
-            float rgb[3 * 16 * 16];
-            ibl_pixel_decode(tex.pixel,
-                             tex.data +
-                                 ibl_texture_layer_offset(&tex, 0, layer, 0),
-                             16 * 16, rgb);
-            for (int i = 0; i < 3 * 16 * 16; i++)
-                CHECK_NEAR(rgb[i], texel(&one, layer, i / 3, 0)[i % 3], 3e-4);
-        }
-        ibl_texture_free(&tex);
     }
 }
 
-TEST(thread_counts)
-{
-    ibl_lobe_table_options o = ibl_lobe_table_options_default();
-    o.size = 15; /* one that is not known */
-    const ibl_lobe_table one = bake(test_ctx(1, IBL_ISA_AUTO), &o);
-    const ibl_lobe_table three = bake(test_ctx(3, IBL_ISA_AUTO), &o);
-    CHECK(!memcmp(one.data, three.data, floats(&one) * sizeof *one.data));
-}
-
-/* Those of lobe_tables.f16 are what a fit says. */
+/* Those of lobe_tables.f16 are what a fit says, by any number of threads. */
 TEST_SLOW(known_tables)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);

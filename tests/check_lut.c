@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: MIT */
+/* BRDF tables against the reference. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "ibl/io.h"
-#include "ibl/reference.h"
 #include "reference.h"
-#include "test.h"
 
 static const ibl_geometry geometries[] = {IBL_GEOMETRY_SMITH,
                                           IBL_GEOMETRY_SCHLICK_IBL};
@@ -32,74 +29,78 @@ static ibl_lut bake(ibl_ctx *ctx, int size, ibl_lut_kind kind,
     return lut;
 }
 
-static const float *texel(const ibl_lut *lut, int i, int j)
+/* Error of a texel against the adaptive double integral, of what is above 1. */
+static double error(ibl_ctx *ctx, const ibl_lut *lut, ibl_geometry geometry,
+                    int i, int j)
 {
-    return lut->data + 2 * ((size_t)j * (size_t)lut->size + (size_t)i);
+    const int n = lut->size;
+    const float *p = lut->data + 2 * (j * (ptrdiff_t)n + i);
+    const double nv = (i + 0.5) / n, r = (j + 0.5) / n;
+    double want[2], worst = 0;
+
+    if (lut->kind == IBL_LUT_CHARLIE)
+        NEED(!ibl_reference_sheen(ctx, nv, r, want));
+    else
+        reference_lut(nv, r, geometry, want);
+    for (int c = 0; c < 2; c++)
+        worst = fmax(worst, fabs((double)p[c] - want[c]) / fmax(want[c], 1));
+    return worst;
 }
 
-/* Error of a texel against the adaptive double integral. */
-static double error(const ibl_lut *lut, ibl_geometry geometry, int i, int j)
+/* Tables with and without interpolation: corners, a grid, random texels, and
+ * where the width of the lobe meets that of the grazing view. (The adaptive
+ * integral needs seconds below that in large tables.) */
+static void check_table(ibl_ctx *ctx, int n, ibl_lut_kind kind, ibl_geometry g,
+                        double most)
 {
-    const double n = lut->size;
-    double want[2];
+    static const double grid[] = {0, 0.04, 0.3, 1};
+    test_random rnd = {7};
+    const ibl_lut lut = bake(ctx, n, kind, g, 0);
+    double worst = 0;
 
-    reference_lut((i + 0.5) / n, (j + 0.5) / n, geometry, want);
-    return fmax(fabs(texel(lut, i, j)[0] - want[0]),
-                fabs(texel(lut, i, j)[1] - want[1]));
-}
-
-/* The default size, by each instruction set: the four edges, the corners and a
- * grid between. */
-TEST(default_size)
-{
-    static const int at[] = {0, 1, 8, 18, 70, 160, 255};
-
-    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT; isa = test_next_isa(isa))
-        for (int g = 0; g < 2; g++) {
-            ibl_lut lut =
-                bake(test_ctx(2, isa), 256, IBL_LUT_SPLIT, geometries[g], 0);
-            NEED(lut.size == 256);
-            double worst = 0.0;
-            for (int k = 0; k < 49; k++)
-                worst = fmax(worst,
-                             error(&lut, geometries[g], at[k / 7], at[k % 7]));
-            CHECK_MSG(worst <= 1.5e-5, "%s, %s: worst error %g",
-                      ibl_geometry_name(geometries[g]), ibl_isa_name(isa),
-                      worst);
+    NEED(lut.size == n && lut.kind == kind && ibl_lut_channels(kind) == 2);
+    for (int k = 0; k < 32; k++) {
+        const double top = k % 2 ? n : fmin(n, 8);
+        int i = (int)(test_random_unit(&rnd) * n);
+        int j = (int)(test_random_unit(&rnd) * n);
+        if (k < 16) {
+            i = (int)((n - 1) * grid[k / 4]);
+            j = (int)((n - 1) * grid[k % 4]);
+        } else if (kind == IBL_LUT_CHARLIE) { /* the smoothest grazing texels */
+            i = (int)(test_random_unit(&rnd) * top);
+            j = (int)(test_random_unit(&rnd) * top);
+        } else if (k > 26 && (k > 28 || n < 1000)) {
+            i = 0;
+            j = (int)(sqrt(n) * (k - 26) / 2) % n;
         }
+        if (n < 1000 || i || j || kind == IBL_LUT_CHARLIE)
+            worst = fmax(worst, error(ctx, &lut, g, i, j));
+    }
+    CHECK_MSG(worst <= most, "%s, kind %d, %s, size %d: worst error %g",
+              ibl_isa_name(ibl_ctx_isa(ctx)), kind, ibl_geometry_name(g), n,
+              worst);
+    test_measured("table", worst, most);
 }
 
-/* Corners and random texels, of sizes with and without interpolation. */
-TEST_OF(other_sizes, "other_sizes", TEST_RACES || !TEST_SANITIZED)
+TEST_OF(tables, "tables", TEST_RACES)
 {
     static const int sizes[] = {1, 2, 3, 17, 28, 29, 64, 100, 511, 4096};
+    static const int sheen[] = {1, 60, 256, 1024};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random rnd = {7};
 
-    for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
-        const int n = sizes[k];
-        const ibl_geometry g = geometries[k % 2];
-        ibl_lut lut = bake(ctx, n, IBL_LUT_SPLIT, g, 0);
-        double worst = 0.0;
-        for (int c = 0; c < 4; c++)
-            worst = fmax(worst,
-                         error(&lut, g, c & 1 ? n - 1 : 0, c & 2 ? n - 1 : 0));
-        for (int c = 0; c < 8; c++)
-            worst =
-                fmax(worst, error(&lut, g, (int)(test_random_unit(&rnd) * n),
-                                  (int)(test_random_unit(&rnd) * n)));
-        /* Where the width of the lobe meets that of the grazing view. (The
-         * adaptive integral needs seconds below that in large tables.) */
-        for (int c = n > 1000 ? 3 : 1; c < 6; c++)
-            worst = fmax(worst, error(&lut, g, 0, (int)(sqrt(n) * c / 2) % n));
-        CHECK_MSG(worst <= 3e-5, "size %d, %s: worst error %g", n,
-                  ibl_geometry_name(g), worst);
-    }
+    for (int k = 0; k < 10; k++)
+        check_table(ctx, sizes[k], IBL_LUT_SPLIT, geometries[k % 2], 3e-5);
+    for (int k = 0; k < 4; k++)
+        check_table(ctx, sheen[k], IBL_LUT_CHARLIE, geometries[0], 5e-5);
+    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT; isa = test_next_isa(isa))
+        for (int g = 0; g < 2; g++)
+            check_table(test_ctx(2, isa), 256, IBL_LUT_SPLIT, geometries[g],
+                        1.5e-5);
 }
 
 /* The published algorithm comes to the same integrals, as fast as its
  * points allow, and its limits are finite. */
-TEST(samples)
+TEST_OF(samples, "samples", TEST_RACES)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
@@ -124,102 +125,6 @@ TEST(samples)
         for (int t = 0; t < 2 * 24 * 24; t++)
             CHECK(isfinite(lut.data[t]) && lut.data[t] >= 0.0f);
     }
-    /* Jobs of two texels and of one in a row. */
-    ibl_lut exact = bake(ctx, 3, IBL_LUT_SPLIT, IBL_GEOMETRY_SMITH, 0);
-    ibl_lut lut = bake(ctx, 3, IBL_LUT_SPLIT, IBL_GEOMETRY_SMITH, 400000);
-    for (int t = 0; t < 2 * 9; t++)
-        CHECK_NEAR(lut.data[t], exact.data[t], 1e-4);
-}
-
-/* ---- the other kinds -------------------------------------------------- */
-
-/* Smith's Lambda of Charlie's D, Estevez and Kulla's figures by hand. */
-static double lambda(double x, double a)
-{
-    const double s = (1 - a) * (1 - a), t = 1 - s;
-    const double p[5] = {25.3245 * s + 21.5473 * t, 3.32435 * s + 3.82987 * t,
-                         0.16801 * s + 0.19823 * t, -1.27393 * s - 1.97760 * t,
-                         -4.85967 * s - 4.32054 * t};
-    const double y = x < 0.5 ? x : 1 - x;
-    const double l = p[0] / (1 + p[1] * pow(y, p[2])) + p[3] * y + p[4];
-    const double middle =
-        p[0] / (1 + p[1] * pow(0.5, p[2])) + p[3] * 0.5 + p[4];
-
-    return exp(x < 0.5 ? l : 2 * middle - l);
-}
-
-/* E by equal steps over directions L: N.L = m^2, which is denser at the
- * horizon, and phi. */
-static void sheen_by_light(double nv, double r, double e[2])
-{
-    enum {
-        N = 700
-    };
-    const double a = r * r, sv = sqrt(1 - nv * nv), pi = acos(-1);
-
-    e[0] = e[1] = 0;
-    for (int i = 0; i < N; i++) {
-        const double m = (i + 0.5) / N, nl = m * m, sl = sqrt(1 - nl * nl);
-        const double both = 1 + lambda(nv, a) + lambda(nl, a);
-        for (int k = 0; k < N; k++) {
-            const double vl = nv * nl + sv * sl * cos(pi * (k + 0.5) / N);
-            const double nh2 = (nv + nl) * (nv + nl) / (2 + 2 * vl);
-            const double d = (2 + 1 / a) / (2 * pi) *
-                             pow(fmax(1 - nh2, 0), 0.5 / a) * nl * 2 * m / N *
-                             2 * pi / N;
-            e[0] += d / (4 * (nl + nv - nl * nv));
-            e[1] += d / (4 * nl * nv * both);
-        }
-    }
-}
-
-static const double points[][2] = {{0.03, 0.1}, {0.2, 0.25}, {0.5, 0.6},
-                                   {0.77, 0.9}, {0.1, 1},    {0.95, 0.5}};
-
-/* The reference itself, and its closed form at N.V = 1, alpha = 1: with
- * Ashikhmin's V, D = 3 sin(theta_h) / 2pi and x = sin(theta_h)
- *     E = 3 integral of x^2 (1 - 2 x^2) dx over 0..sqrt(1/2) = sqrt(1/2) / 5 */
-TEST(sheen_reference)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    double e[2], want[2];
-
-    NEED(!ibl_reference_sheen(ctx, 1, 1, e));
-    CHECK_NEAR(e[0], sqrt(0.5) / 5, 1e-9);
-    for (size_t k = 0; k < sizeof points / sizeof *points; k++) {
-        NEED(!ibl_reference_sheen(ctx, points[k][0], points[k][1], e));
-        sheen_by_light(points[k][0], points[k][1], want);
-        CHECK_NEAR(e[0], want[0], 2e-4);
-        CHECK_NEAR(e[1], want[1], 2e-4);
-    }
-    CHECK(ibl_reference_sheen(ctx, 0, 1, e) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_sheen(ctx, 1, 0, e) == IBL_ERR_ARGUMENT);
-}
-
-/* Sizes with and without interpolation. */
-TEST(charlie)
-{
-    static const int sizes[] = {1, 60, 256, 1024};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random rnd = {7};
-
-    for (int k = 0; k < 4; k++) {
-        const int n = sizes[k];
-        ibl_lut lut = bake(ctx, n, IBL_LUT_CHARLIE, IBL_GEOMETRY_SMITH, 0);
-        double worst = 0, e[2];
-        NEED(lut.size == n && ibl_lut_channels(lut.kind) == 2);
-        for (int p = 0; p < 24; p++) {
-            /* every second point near the smoothest grazing texel */
-            const double top = p % 2 ? n : n < 8 ? n : 8;
-            const int i = p ? (int)(test_random_unit(&rnd) * top) : 0;
-            const int j = p ? (int)(test_random_unit(&rnd) * top) : 0;
-            NEED(!ibl_reference_sheen(ctx, (i + 0.5) / n, (j + 0.5) / n, e));
-            for (int c = 0; c < 2; c++)
-                worst = fmax(worst,
-                             fabs(texel(&lut, i, j)[c] - e[c]) / fmax(e[c], 1));
-        }
-        CHECK_MSG(worst <= 5e-5, "size %d: worst error %g", n, worst);
-    }
 }
 
 /* The channels of other tables; a white metal's furnace, where F0 = 1 and
@@ -243,31 +148,5 @@ TEST(multiscatter)
         CHECK(t[2] == sheen.data[2 * i]);
         CHECK_NEAR(single * (1 + f0 * (1.0 / t[1] - 1)), 1, 1e-6);
         CHECK(t[1] > 0.3f && t[1] <= 1.0f + 1e-5f && t[0] <= t[1]);
-    }
-}
-
-/* Through a texture and back: the key tells the kind. */
-TEST(kinds_in_textures)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-
-    for (int kind = 0; kind <= IBL_LUT_CHARLIE; kind++) {
-        ibl_lut lut = bake(ctx, 4, (ibl_lut_kind)kind, IBL_GEOMETRY_SMITH, 0),
-                back = {0};
-        ibl_texture tex = {0};
-        const size_t count = 16 * (size_t)ibl_lut_channels(lut.kind);
-        const ibl_pixel pixel =
-            kind == IBL_LUT_MULTISCATTER ? IBL_PIXEL_RGBA32F : IBL_PIXEL_RG32F;
-        CHECK(ibl_texture_from_lut(ctx, &lut,
-                                   kind == IBL_LUT_MULTISCATTER
-                                       ? IBL_PIXEL_RG32F
-                                       : IBL_PIXEL_RGBA32F,
-                                   &tex, NULL) == IBL_ERR_ARGUMENT);
-        NEED(!ibl_texture_from_lut(ctx, &lut, pixel, &tex, NULL));
-        NEED(!ibl_texture_to_lut(ctx, &tex, &back));
-        CHECK(back.kind == lut.kind && back.size == 4);
-        CHECK(!memcmp(back.data, lut.data, count * sizeof *lut.data));
-        ibl_lut_free(&back);
-        ibl_texture_free(&tex);
     }
 }

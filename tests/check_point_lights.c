@@ -7,10 +7,8 @@
 #include <stdlib.h>
 
 #include "bake/spectral/point_lights.h"
-#include "test.h"
+#include "reference.h"
 #include "truth.h"
-
-#define PI 3.14159265358979323846
 
 enum {
     BLOCK = IBL_RADIAL_BLOCK
@@ -32,77 +30,6 @@ enum {
     LOBES = sizeof lobes / sizeof lobes[0]
 };
 
-/* ---- a point ------------------------------------------------------------ */
-
-/* By the square of the chord. */
-static double truth(const lobe *l, double q)
-{
-    return truth_lobe_weight(l->of, l->alpha, q / 4) /
-           truth_lobe_integral(l->of, l->alpha);
-}
-
-static double peak_of(const lobe *l)
-{
-    double peak = 0;
-    for (int i = 0; i <= 1000; i++)
-        peak = fmax(peak, truth(l, 2e-3 * i));
-    return peak;
-}
-
-/*
- * K at chords of all lengths: 2e-6 of the value, of 1e-8 of the peak where it
- * is less (and 3e-8 of the peak where a lobe ends in a fractional power); and
- * what a rounding of q alone makes of it, an epsilon at the horizon. Beyond the
- * horizon nothing, exactly.
- */
-static double worst_of(const ibl_radial_dsp *dsp, const lobe *l)
-{
-    static const ibl_radial_light light = {.rgb = {1, 1, 1, 1}};
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
-    const ibl_radial radial = ibl_radial_of(&shape);
-    const double peak = peak_of(l);
-    test_random r = {5};
-    double worst = 0;
-    for (int round = 0; round < 1000; round++) {
-        float point[6 * BLOCK] = {0}, rgba[4 * BLOCK] = {0};
-        for (int i = 0; i < BLOCK; i++) {
-            const double x = pow(10, -6 * test_random_unit(&r));
-            point[i] = (float)sqrt(round % 4 == 3 ? 2 + 2 * x
-                                   : round % 2    ? 2 * x
-                                                  : 2 - 2 * x);
-        }
-        dsp->add(&radial, &light, 1, point, BLOCK, rgba);
-        for (int i = 0; i < BLOCK; i++) {
-            const double q = (double)point[i] * (double)point[i];
-            const double want = truth(l, q);
-            const double step =
-                truth(l, q * (1 - 1e-7)) - truth(l, q * (1 + 1e-7));
-            const double limit =
-                q > 2 + 5e-7 ? 1e-30
-                             : 2e-6 * fmax(want, 1e-8 * peak) + fabs(step) +
-                                   (want < 2e-6 * peak ? 4e-8 * peak : 0);
-            const double e = fabs((double)rgba[4 * i + 1] - want) / limit;
-            worst = e > worst || isnan(e) ? e : worst;
-        }
-    }
-    return worst;
-}
-
-TEST(values)
-{
-    for (ibl_isa isa = IBL_ISA_C; isa < IBL_ISA_COUNT;
-         isa = test_next_isa(isa)) {
-        ibl_radial_dsp dsp;
-        ibl_radial_dsp_init(&dsp, isa);
-        for (int i = 0; i < LOBES; i++) {
-            const double worst = worst_of(&dsp, &lobes[i]);
-            CHECK_MSG(worst <= 1, "%s: %s %g: %.2f times the limit",
-                      ibl_isa_name(isa), ibl_lobe_name(lobes[i].of),
-                      lobes[i].alpha, worst);
-        }
-    }
-}
-
 /* ---- pixels ------------------------------------------------------------- */
 
 /* Of a map of height rows and twice as many columns. */
@@ -112,32 +39,11 @@ typedef struct pixel {
 
 static ibl_patch patch_of(const pixel *p)
 {
-    const double size = PI / p->height;
+    const double size = M_PI / p->height;
     return (ibl_patch){.theta = {size * p->row, size * (p->row + 1)},
-                       .phi = size * (p->column + 0.5) - PI,
+                       .phi = size * (p->column + 0.5) - M_PI,
                        .width = size,
                        .rgb = {3, 1, 0}};
-}
-
-/* A direction at an angle from d, on a random side. */
-static void leaning(test_random *r, const double d[3], double angle,
-                    double out[3])
-{
-    const double turn = 2 * PI * test_random_unit(r);
-    const int least = fabs(d[0]) < fabs(d[1]) ? 0 : 1;
-    double e[3] = {least == 0, least == 1, 0}, f[3], length = 0;
-    for (int k = 0; k < 3; k++)
-        e[k] -= d[k] * d[least];
-    for (int k = 0; k < 3; k++)
-        length += e[k] * e[k];
-    for (int k = 0; k < 3; k++)
-        e[k] /= sqrt(length);
-    for (int k = 0; k < 3; k++)
-        f[k] =
-            d[(k + 1) % 3] * e[(k + 2) % 3] - d[(k + 2) % 3] * e[(k + 1) % 3];
-    for (int k = 0; k < 3; k++)
-        out[k] = cos(angle) * d[k] +
-                 sin(angle) * (cos(turn) * e[k] + sin(turn) * f[k]);
 }
 
 enum where {
@@ -157,22 +63,22 @@ static void place(test_random *r, const lobe *l, const ibl_patch *p,
     static const double pole[3] = {0, 1, 0};
     const double middle = 0.5 * (p->theta[0] + p->theta[1]);
     const double size = p->theta[1] - p->theta[0];
-    const double sun[3] = {sin(middle) * cos(p->phi), cos(middle),
-                           sin(middle) * sin(p->phi)};
+    double sun[3], base[3];
+    polar_direction(middle, p->phi, sun);
     const double x = test_random_unit(r);
     const double spread = (r->state % 3 ? 0.3 : 3) * size;
     const double angle[PLACES] = {2 * x * size,
                                   2 * x * l->alpha,
-                                  PI / 2 + (x - 0.5) * size,
-                                  PI / 2 + (x - 0.5) * 4 * size,
-                                  x * PI / 2,
+                                  M_PI / 2 + (x - 0.5) * size,
+                                  M_PI / 2 + (x - 0.5) * 4 * size,
+                                  x * M_PI / 2,
                                   x * size};
-    double base[3];
-    leaning(r, at == POLE ? pole : sun, angle[at], base);
+    random_view(r, at == POLE ? pole : sun, cos(angle[at]), base);
     for (int i = 0; i < BLOCK; i++)
-        leaning(r, base,
-                at == AT_ONCE ? 0.1 * size : spread * test_random_unit(r),
-                d[i]);
+        random_view(
+            r, base,
+            cos(at == AT_ONCE ? 0.1 * size : spread * test_random_unit(r)),
+            d[i]);
     for (int i = 0; i < 3 * BLOCK; i++) {
         const double exact = d[i % BLOCK][i / BLOCK];
         point[i] = (float)exact;
@@ -224,7 +130,7 @@ static void errors_of(const lobe *l, const pixel *p, enum where at,
                 const double off = fabs((double)rgba[4 * i + 1] - want[i]);
                 CHECK(rgba[4 * i + 2] == 0 && rgba[4 * i + 3] == 0);
                 error[n + i] =
-                    fmax(error[n + i], off / fmax(want[i], whole / (4 * PI)));
+                    fmax(error[n + i], off / fmax(want[i], whole / (4 * M_PI)));
             }
         }
     }

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: MIT */
+/* Harmonics against the reference, and irradiance by steps against that
+ * without. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -94,39 +96,55 @@ TEST(one_pixel_high)
     CHECK_MSG(worst <= floats, "%.3g", worst);
 }
 
-/* Several blocks of rows and of orders give what one does. */
-TEST(tall_map)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = map_constant(ctx, 5, 901, 0);
+/* ---- irradiance by steps ---------------------------------------------------
+ */
 
-    map_fill(&env, 8);
-    double *low = bake(ctx, &env, 3, 5.0);
-    double *high = bake(ctx, &env, IBL_MAX_SH_DEGREE, 5.0);
-    for (size_t k = 0; k < count(3); k++)
-        CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
+/* The grid over the hemisphere comes to the same sum as its step falls, from
+ * the same side of the same yaw, and keeps a constant. */
+static void check_grid(ibl_ctx *ctx, int w, int h)
+{
+    static const double steps[] = {0.5, 0.1, 0.025},
+                        limits[] = {0.1, 1e-2, 2e-3};
+    ibl_image env = map_constant(ctx, w, h, 0);
+    ibl_irradiance_options opts = ibl_irradiance_options_default();
+    ibl_cube grid = {0}, exact = {0};
+
+    for (int j = 0; j < h; j++) {
+        for (int i = 0; i < w; i++) {
+            double d[3];
+            truth_latlong_direction(w, h, i, j, d);
+            map_pixel(&env, i, j)[0] = (float)(1.0 + d[0]);
+            map_pixel(&env, i, j)[1] = (float)(1.0 + d[1] * d[2]);
+            map_pixel(&env, i, j)[2] = (float)exp(2.0 * d[2]);
+        }
+    }
+    opts.size = 8;
+    opts.yaw_deg = 50.0;
+    NEED(!ibl_bake_irradiance(ctx, &env, &opts, &exact));
+    test_cube(exact);
+    for (int k = 0; k < 3; k++) {
+        opts.step = steps[k];
+        NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+        test_cube(grid);
+        double worst = 0.0;
+        for (size_t i = 0; i < cube_floats(&exact); i++)
+            worst = fmax(worst, fabs((double)grid.data[i] / exact.data[i] - 1));
+        CHECK_MSG(worst < limits[k] * (w == 2 * h ? 1 : 3),
+                  "%dx%d, step %g: worst %g", w, h, steps[k], worst);
+        CHECK_MSG(worst > 0, "step %g did nothing", steps[k]);
+    }
+    for (int k = 0; k < 3 * w * h; k++)
+        env.data[k] = 3.0f;
+    NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+    test_cube(grid);
+    for (size_t i = 0; i < cube_floats(&grid); i++)
+        CHECK_NEAR(grid.data[i], 3.0, 1e-6);
 }
 
-/* pi times the factor is the integral of the clamped cosine with P_l, times
- * 2 pi: Simpson's rule over the half where it is not zero. */
-TEST(cosine_factors)
+TEST(hemisphere_grid)
 {
-    CHECK_NEAR(ibl_sh_cosine(0), 1.0, 1e-15);
-    CHECK_NEAR(ibl_sh_cosine(1), 2.0 / 3.0, 1e-15);
-    CHECK_NEAR(ibl_sh_cosine(2), 0.25, 1e-15);
-    CHECK(ibl_sh_cosine(3) == 0.0);
-    CHECK_NEAR(ibl_sh_cosine(4), -1.0 / 24.0, 1e-15);
-    for (int l = 0; l <= 30; l++) {
-        const int n = 4000;
-        double sum = 0.0;
-        for (int i = 0; i <= n; i++) {
-            const double x = (double)i / n;
-            const double weight = i == 0 || i == n ? 1 : i % 2 ? 4 : 2;
-            const double d[3] = {sqrt(1 - x * x), 0, x};
-            sum += weight * x * truth_sh(l, 0, d) /
-                   sqrt((2 * l + 1) / (4 * M_PI)); /* P_l(x) */
-        }
-        CHECK_NEAR(ibl_sh_cosine(l), 2.0 * sum / (3.0 * n), 1e-9);
-    }
-    CHECK(isfinite(ibl_sh_cosine(IBL_MAX_SH_DEGREE)));
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    check_grid(ctx, 32, 128);
+    check_grid(ctx, 256, 16);
 }

@@ -11,15 +11,6 @@
 
 /* ---- directions ------------------------------------------------------ */
 
-TEST(solid_angles)
-{
-    for (int j = 0; j < 31; j++)
-        CHECK_NEAR(truth_latlong_solid_angle(17, 31, j),
-                   2 * M_PI / 17 *
-                       (cos(M_PI * j / 31) - cos(M_PI * (j + 1) / 31)),
-                   1e-14);
-}
-
 /* The centre column looks along +X, u grows towards +Z, row 0 is the zenith. */
 TEST(latlong_directions)
 {
@@ -60,24 +51,6 @@ TEST(cube_directions)
     }
 }
 
-/* Midpoints over q. */
-TEST(lobe_integrals)
-{
-    static const double alphas[] = {0.05, 0.3, 0.9, 1};
-
-    for (int lobe = 0; lobe < 3; lobe++)
-        for (int k = 0; k < 4; k++) {
-            const int n = 200000;
-            double sum = 0;
-            for (int i = 0; i < n; i++)
-                sum += truth_lobe_weight((ibl_lobe)lobe, alphas[k],
-                                         0.5 * (i + 0.5) / n);
-            CHECK_NEAR(truth_lobe_integral((ibl_lobe)lobe, alphas[k]) /
-                           (4 * M_PI * sum * 0.5 / n),
-                       1, 1e-6);
-        }
-}
-
 TEST(sh_polynomials)
 {
     test_random r = {9};
@@ -95,23 +68,6 @@ TEST(sh_polynomials)
         CHECK_NEAR(truth_sh(2, 0, d), 0.315392 * (3 * z * z - 1), 1e-6);
         CHECK_NEAR(truth_sh(2, 1, d), 1.092548 * x * z, 1e-6);
         CHECK_NEAR(truth_sh(2, 2, d), 0.546274 * (x * x - y * y), 1e-6);
-    }
-}
-
-/* Positive near +Z where phi is small (no Condon-Shortley phase), and the
- * phase about +Z that of cos(m phi), sin(|m| phi). */
-TEST(sh_phases)
-{
-    for (int l = 0; l <= 4; l++) {
-        for (int m = -l; m <= l; m++) {
-            const int k = abs(m);
-            const double t = 0.01, phi = 0.3;
-            const double d[3] = {sin(t) * cos(phi), sin(t) * sin(phi), cos(t)};
-            const double e[3] = {sin(t), 0.0, cos(t)};
-            const double factor = m < 0 ? sin(k * phi) : cos(k * phi);
-            CHECK(truth_sh(l, k, e) > 0.0);
-            CHECK_NEAR(truth_sh(l, m, d) / truth_sh(l, k, e), factor, 1e-12);
-        }
     }
 }
 

@@ -30,10 +30,11 @@ void *kern_alloc(size_t bytes, size_t align);
 void kern_free(void *memory);
 
 /*
- * A kernel all of whose versions give the same bytes. run() makes n things
- * from random numbers, hands them to the version for isa, and puts into out
- * what that gives, `unit` bytes for each; with IBL_ISA_AUTO what is right,
- * by its definition. It returns what is to be the same, too.
+ * A kernel by all its versions. run() makes n things from random numbers, hands
+ * them to the version for isa, and puts into out what that gives, `unit` bytes
+ * for each; with IBL_ISA_AUTO what is right, by its definition. It returns what
+ * is to be the same, too. All bytes are the same or, if near is set, out has
+ * values, and what is right says how far off they may be.
  */
 typedef struct kern_same {
     const char *name;
@@ -41,7 +42,12 @@ typedef struct kern_same {
     size_t unit, align;  /* align: of out */
     int longest, rounds; /* n from 0 on; how often each */
     int also;            /* one more n, or 0 */
+    bool near;
 } kern_same;
+
+typedef struct kern_near {
+    double value, bound;
+} kern_near;
 
 void kern_check_same(const kern_same *k);
 

@@ -173,15 +173,6 @@ ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
     return map;
 }
 
-ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind)
-{
-    const bool two_to_one = test_random_below(r, 2);
-    const int height = 1 + test_random_below(r, two_to_one ? 32 : 40);
-    const int width = two_to_one ? 2 * height : 1 + test_random_below(r, 64);
-    *kind = (map_kind)test_random_below(r, MAP_KINDS);
-    return map_of_kind(ctx, r, *kind, width, height);
-}
-
 /* ---- cubes ------------------------------------------------------------ */
 
 ibl_cube cube_alloc(ibl_ctx *ctx, int n, int levels)

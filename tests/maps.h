@@ -39,9 +39,6 @@ typedef enum map_kind {
     MAP_KINDS
 } map_kind;
 
-/* 1 to 64 columns, 1 to 40 rows, half of them 2:1; any kind. */
-ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind);
-/* The same of a given size and kind. */
 ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
                       int height);
 

@@ -54,6 +54,21 @@ void random_direction(test_random *rnd, double d[3])
     polar_direction(theta, 2 * (double)pi_l * test_random_unit(rnd), d);
 }
 
+void random_view(test_random *rnd, const double normal[3], double n_dot_v,
+                 double view[3])
+{
+    double t[3];
+    do {
+        random_direction(rnd, t);
+        const double along = test_dot(t, normal);
+        for (int k = 0; k < 3; k++)
+            t[k] -= along * normal[k];
+    } while (test_dot(t, t) < 0.01);
+    for (int k = 0; k < 3; k++)
+        view[k] = n_dot_v * normal[k] +
+                  sqrt((1 - n_dot_v * n_dot_v) / test_dot(t, t)) * t[k];
+}
+
 long double row_angle(int w, int h, int j)
 {
     return 2 * pi_l / w * 2 * sinl(pi_l * (j + 0.5L) / h) * sinl(pi_l / 2 / h);

@@ -27,6 +27,9 @@ ibl_reference *subject_ref(const subject *s);
 /* theta from +Y, phi as the map's columns without yaw. */
 void polar_direction(double theta, double phi, double d[3]);
 void random_direction(test_random *rnd, double d[3]);
+/* A view at n_dot_v from a normal, on a random side. */
+void random_view(test_random *rnd, const double normal[3], double n_dot_v,
+                 double view[3]);
 
 /* The calls of ibl/reference.h for a map, or the table, at one point. */
 void reference_mean(const ibl_image *map, double rgb[3]);

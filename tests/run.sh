@@ -51,21 +51,15 @@ programs() {
         # Pictures are drawn by Mesa, whatever compiles the viewer; and long
         # sums do not depend on the compiler.
         */clang/tests/check_view_* | */clang/tests/check_levels) ;;
-        # Without threads of ours there are no races to be found.
-        */tsan/tests/check_view_set) tests+=("$program") ;;
-        */tsan/tests/check_view_* | */tsan/tests/check_kern | \
-            */tsan/tests/check_kern_* | \
-            */tsan/tests/check_truth | */tsan/tests/check_json_load | \
-            */tsan/tests/check_ultra_hdr | */tsan/tests/check_alpha | \
-            */tsan/tests/check_colour | */tsan/tests/check_hdr | \
-            */tsan/tests/check_exr | \
-            */tsan/tests/check_probe_alpha | */tsan/tests/check_null | \
-            */tsan/tests/check_point_lights | \
-            */tsan/tests/check_lobe_coefficients | */tsan/tests/check_pixel | \
-            */tsan/tests/check_codecs | */tsan/tests/check_mips | \
-            */tsan/tests/check_overflow | */tsan/tests/check_sidecar | \
-            */tsan/tests/check_engine | \
-            */tsan/tests/check_probes | */tsan/tests/check_test) ;;
+        # What starts threads, and only once what bakes with them.
+        */tsan/tests/check_blocks | */tsan/tests/check_context | \
+            */tsan/tests/check_environment | */tsan/tests/check_level0 | \
+            */tsan/tests/check_levels | */tsan/tests/check_read | \
+            */tsan/tests/check_reference | */tsan/tests/check_texture | \
+            */tsan/tests/check_view_set)
+            tests+=("$program")
+            ;;
+        */tsan/*) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac
     done

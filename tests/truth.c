@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-void truth_latlong_direction(int w, int h, int i, int j, double dir[3])
+void truth_latlong_direction(int w, int h, double i, double j, double dir[3])
 {
     const double phi = 2 * M_PI * ((i + 0.5) / w - 0.5);
     const double theta = M_PI * (j + 0.5) / h;
@@ -126,6 +126,59 @@ double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
                            atan2(hypot(dir[0], dir[2]), dir[1]),
                            atan2(dir[2], dir[0]), down / 64};
     return patch(&r, down * j, down, turn * (i - 0.5 * w), turn);
+}
+
+double truth_shadowing(ibl_geometry geometry, double alpha, double n_dot_l,
+                       double n_dot_v)
+{
+    const double x[2] = {n_dot_l, n_dot_v}, a2 = alpha * alpha, k = alpha / 2;
+    double root[2];
+    if (geometry == IBL_GEOMETRY_SCHLICK_IBL)
+        return x[0] / (x[0] * (1 - k) + k) * x[1] / (x[1] * (1 - k) + k);
+    for (int i = 0; i < 2; i++) /* 1 + 2 Lambda */
+        root[i] = sqrt(1 + a2 * (1 - x[i] * x[i]) / (x[i] * x[i]));
+    return 2 / (root[0] + root[1]);
+}
+
+double truth_ggx(ibl_geometry geometry, double alpha, const double n[3],
+                 const double v[3], const double l[3], double *fresnel)
+{
+    const double a2 = alpha * alpha;
+    double nl = 0, nv = 0, nh = 0, vh = 0, length = 0;
+    for (int k = 0; k < 3; k++) {
+        const double h = v[k] + l[k];
+        nl += n[k] * l[k];
+        nv += n[k] * v[k];
+        nh += n[k] * h;
+        vh += v[k] * h;
+        length += h * h;
+    }
+    nh /= sqrt(length);
+    *fresnel = nl > 0 ? pow(1 - vh / sqrt(length), 5) : 0;
+    const double t = nh * nh * (a2 - 1) + 1;
+    return nl > 0 ? a2 / (M_PI * t * t) *
+                        truth_shadowing(geometry, alpha, nl, nv) / (4 * nv)
+                  : 0;
+}
+
+void truth_gauss(int n, long double *node, long double *weight)
+{
+    for (int i = 0; i < n; i++) {
+        long double x = cosl(acosl(-1) * (i + 0.75L) / (n + 0.5L)), slope = 1;
+        for (int step = 0; step < 12; step++) {
+            long double p = 1, below = 0;
+            for (int l = 0; l < n; l++) {
+                const long double next =
+                    ((2 * l + 1) * x * p - l * below) / (l + 1);
+                below = p;
+                p = next;
+            }
+            slope = n * (x * p - below) / (x * x - 1);
+            x -= p / slope;
+        }
+        node[i] = x;
+        weight[i] = 2 / ((1 - x * x) * slope * slope);
+    }
 }
 
 /* P_lm / sin^m without Condon-Shortley phase follows in l from (2m - 1)!! by

@@ -59,7 +59,7 @@ static void angles(const float *point, int stride, int count, double *theta,
  * sum to 1. They interpolate a field at three samples a wave of its degree,
  * whose amplitude falls exponentially to 1e-5 there, with the least mean square
  * error (Wiener): 2e-5 of the field without its mean, and less at more samples.
- * tests/check_kern_sums.c makes them again.
+ * tests/check_kern.c makes them again.
  */
 static const float taps[][IBL_TAPS] = {
     {-0.00401042462937488f, 0.0310095350522202f, -0.131532619788555f,
