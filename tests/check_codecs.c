@@ -602,8 +602,8 @@ TEST(same_bytes)
 {
     static const int longest = TEST_SANITIZED ? 6 : 16;
     static const kern_same k[] = {
-        {"BC6H", encode_bc6h, BYTES, 1, longest, 20, 0},
-        {"ASTC", encode_astc, BYTES, 1, longest, 4, 0}};
+        {"BC6H", encode_bc6h, BYTES, 1, longest, 20, 0, false},
+        {"ASTC", encode_astc, BYTES, 1, longest, 4, 0, false}};
     kern_check_same(&k[0]);
     kern_check_same(&k[1]);
 }
