@@ -432,9 +432,8 @@ ifeq ($(HAVE_VIEW),yes)
 	$(VIEW) $(DEMO)/forest -q --offscreen $(DEMO)/view-levels.png \
 	    --size 640x360 --mode levels --level 3 --filter
 	$(VIEW) $(DEMO)/sky -q --offscreen $(DEMO)/view-model.png \
-	    --size 640x360 --model data/dodecahedron.gltf --override material \
-	    --ground --pitch 12 --yaw 12 --distance 5 --material copper \
-	    --roughness 0.1:0.3 --turn 215 --blur 0.4
+	    --size 640x360 --model data/knot.glb --ground --pitch 14 --yaw 20 \
+	    --distance 4.2 --turn 215 --blur 0.4 --antialias 3
 	$(VIEW) $(DEMO)/forest -q --offscreen $(DEMO)/view-panel.png --panel \
 	    --size 1080x608 --grid 3x5 --turn 250 --parts diffuse \
 	    --against "--parts specular"

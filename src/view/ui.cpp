@@ -206,7 +206,8 @@ void show_section(view_app *app, const ibl_section *section)
     };
     int first = 0;
 
-    while (first < section->count && view_app_why(app, control(first)))
+    while (first < section->count &&
+           (!control(first)->label || view_app_why(app, control(first))))
         first++;
     if (first == section->count ||
         !ImGui::CollapsingHeader(section->title,
