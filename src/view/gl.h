@@ -26,7 +26,7 @@
     X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)                   \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
     X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawBuffer) X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
+    X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
     X(Finish) X(FramebufferRenderbuffer) X(FramebufferTexture2D)               \
     X(FramebufferTextureLayer) X(FrontFace) X(GenBuffers) X(GenFramebuffers)   \
     X(GenQueries) X(GenRenderbuffers) X(GenSamplers) X(GenTextures)            \
@@ -80,8 +80,7 @@ double view_gl_time_end(void);
 /* False, with a message that begins with where, if OpenGL has an error. */
 bool view_gl_check(const char *where);
 
-/* ---- shaders --------------------------------------------------------------
- */
+/* ---- shaders ----------------------------------------------------------- */
 
 /* The build puts src/view/shaders into the program (build/gen/shaders.c). Lines
  * `#include "name.glsl"` put files, each once, before the one that has them.
@@ -158,8 +157,7 @@ typedef enum view_unit {
     VIEW_UNIT_COUNT
 } view_unit;
 
-/* ---- textures -------------------------------------------------------------
- */
+/* ---- textures ---------------------------------------------------------- */
 
 /* Uploads all levels of a texture, filtered linearly, between levels too, and
  * clamped to edges; binds it to the active unit.
@@ -174,20 +172,19 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
  * to the active unit. 0: it is not at hand. */
 GLuint view_upload_map(const baked_set *set);
 
-/* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, that is read
- * texel by texel, on the active unit. layers of an array, 0: it is none. texels
- * NULL: undefined. */
+/* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, or of depth,
+ * GL_DEPTH_COMPONENT, that is read texel by texel, on the active unit. layers
+ * of an array, 0: it is none. texels NULL: undefined. */
 GLuint view_float_image(GLenum format, int width, int height, int layers,
                         const float *texels);
 
-/* A picture of RGBA floats to draw into; zeroed: not made yet. */
+/* A picture of RGBA floats to draw into, with depth; zeroed: not made yet. */
 typedef struct view_image {
-    GLuint texture, framebuffer, depth;
+    GLuint texture, depth, framebuffer;
     int width, height;
 } view_image;
 
-/* Makes it with a depth buffer, unless it has that size already. False, with a
- * message. */
+/* Makes it, unless it has that size already. False, with a message. */
 bool view_image_make(view_image *i, int width, int height);
 /* Binds it, with its viewport, and clears its depth buffer. */
 void view_image_begin(const view_image *i);
@@ -198,8 +195,7 @@ void view_image_free(view_image *i); /* zeroes it, too */
  * Leaves the mean bound for drawing, blending off. False, with a message. */
 bool view_mean_add(const view_image *picture, float part, view_image *mean);
 
-/* ---- pictures -------------------------------------------------------------
- */
+/* ---- pictures ---------------------------------------------------------- */
 
 /* Reads a framebuffer, 0 for the screen: 3 or 4 channels of 8 bits, rows from
  * the top, no padding; the caller must free it. */
@@ -218,8 +214,7 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
  * must free it. */
 char *view_picture_name(const char *path, int number);
 
-/* ---- pictures in memory, without a display --------------------------------
- */
+/* ---- pictures in memory, without a display ----------------------------- */
 
 /* Makes an OpenGL 3.3 core context current whose framebuffer 0 has that size,
  * with alpha, and loads gl: by EGL on a GPU, else by OSMesa on the processor;

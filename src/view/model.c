@@ -533,6 +533,16 @@ static int compare_order(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
+/* Draws the depth of what is opaque, and leaves the test of depth on. */
+static bool draw_depth(view_model *m, const view_lighting *light)
+{
+    gl.Enable(GL_DEPTH_TEST);
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    const bool ok = draw_all(m, false, true, light);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    return ok;
+}
+
 /* Depth first, so that each pixel is shaded once but for what is blended. */
 bool view_model_draw(view_model *m, const view_lighting *light,
                      const float eye[3])
@@ -544,15 +554,12 @@ bool view_model_draw(view_model *m, const view_lighting *light,
             d->distance2 += powf(d->middle[k] - eye[k], 2);
     }
     qsort(m->order, (size_t)m->draw_count, sizeof *m->order, compare_order);
-    gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL);
     for (GLuint i = TANGENT; i < COLOUR; i++)
         gl.VertexAttrib4f(i, 0, 0, 0, 0);
     gl.VertexAttrib4f(COLOUR, 1, 1, 1, 1);
     gl.Disable(GL_BLEND);
-    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    bool ok = draw_all(m, false, true, light);
-    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    bool ok = draw_depth(m, light);
     gl.DepthMask(GL_FALSE);
     ok = ok && draw_all(m, false, false, light);
     gl.Enable(GL_BLEND);
@@ -582,9 +589,7 @@ bool view_model_depth(view_model *m)
 {
     static const view_lighting none;
 
-    gl.Enable(GL_DEPTH_TEST);
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
-    const bool ok = draw_all(m, false, true, &none);
+    const bool ok = draw_depth(m, &none);
     gl.Disable(GL_DEPTH_TEST);
     gl.FrontFace(GL_CCW);
     return ok && view_gl_check("drawing the shadows");

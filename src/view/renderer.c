@@ -34,10 +34,10 @@ struct view_renderer {
     view_model *model;            /* that was set, or NULL */
     view_image told;              /* of view_renderer_texel */
     bool knows_sun;               /* whether that is of the set */
-    ibl_light sun; /* the main one; irradiance 0: there is none */
-    GLuint depth_target, depth[2]; /* of the model from it, from below */
-    int samples;     /* of the reference per draw; 0: by the clock */
-    GLuint backdrop; /* the map of the set, or 0 */
+    ibl_light sun;       /* the main one; irradiance 0: there is none */
+    view_image depth[2]; /* of the model from it, from below */
+    int samples;         /* of the reference per draw; 0: by the clock */
+    GLuint backdrop;     /* the map of the set, or 0 */
     bool knows_backdrop;
     GLuint target;  /* framebuffer */
     view_area area; /* of the last draw; no width: nothing drawn yet */
@@ -318,32 +318,18 @@ static bool is_plain(const view_renderer *r)
 static bool draw_depths(view_renderer *r, const view_frame *f)
 {
     static const double below[3] = {0, -1, 0};
-    const bool made = r->depth[0];
     view_frame from = *f;
     bool ok = true;
 
-    if (!made) {
-        gl.GenFramebuffers(1, &r->depth_target);
-        gl.GenTextures(2, r->depth);
-    }
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->depth_target);
-    gl.DrawBuffer(GL_NONE);
-    gl.Viewport(0, 0, GROUND_EDGE, GROUND_EDGE);
+    memcpy(from.clip, f->ground_light, sizeof from.clip);
     for (int i = 0; i < 2 && ok; i++) {
-        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, r->depth[i]);
-        if (!made) {
-            gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, GROUND_EDGE,
-                          GROUND_EDGE, 0, GL_DEPTH_COMPONENT, GL_FLOAT, NULL);
-            view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-        }
-        if (i)
-            look_from(below, from.clip);
-        else
-            memcpy(from.clip, f->ground_light, sizeof from.clip);
+        view_image *map = &r->depth[i];
+        ok = view_image_make(map, GROUND_EDGE, GROUND_EDGE);
         view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
-        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
-                                GL_TEXTURE_2D, r->depth[i], 0);
-        ok = view_model_depth(r->model);
+        view_image_begin(map);
+        ok = ok && view_model_depth(r->model);
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, map->depth);
+        look_from(below, from.clip);
     }
     return ok;
 }

@@ -11,8 +11,7 @@
 #include "view/message.h"
 #include "view/settings.h"
 
-/* ---- the table of lights ---------------------------------------------------
- */
+/* ---- the table of lights ----------------------------------------------- */
 
 /* Least share of the light above the mean that the table is made for: less is
  * rounding in an even environment, and would only add noise. */
@@ -72,8 +71,7 @@ void view_aim_free(view_aim *aim)
     *aim = (view_aim){0};
 }
 
-/* ---- samples ---------------------------------------------------------------
- */
+/* ---- samples ----------------------------------------------------------- */
 
 /* Most samples of a draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
@@ -200,8 +198,7 @@ GLuint view_truth_second(const view_truth *t, double *factor)
     return *factor > 0 ? t->second.texture : 0;
 }
 
-/* ---- errors ----------------------------------------------------------------
- */
+/* ---- errors ------------------------------------------------------------ */
 
 double view_error_rmse(view_error e)
 {

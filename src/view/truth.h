@@ -57,8 +57,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
  */
 GLuint view_truth_second(const view_truth *t, double *factor);
 
-/* ---- its table of lights ---------------------------------------------------
- */
+/* ---- its table of lights ----------------------------------------------- */
 
 /*
  * A table to draw directions from, where an environment is brighter than its
