@@ -232,7 +232,7 @@ static void draw(void)
                   on.lobes.layers, 0, GL_RGBA, GL_FLOAT, on.texels);
     view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
     gl.ActiveTexture(GL_TEXTURE0 + POINTS);
-    view_float_image(GL_RGBA, COUNT, ROWS, 0, on.points[0][0]);
+    view_float_image(GL_RGBA, COUNT, ROWS, on.points[0][0]);
     NEED(view_image_make(&on.image, COUNT, 1));
     gl.UseProgram(on.program);
     for (int i = 0; i < 15; i++) {

@@ -81,7 +81,7 @@ static void set(const char *name, int value)
 static void upload(int unit, int width, int height, const texel *texels)
 {
     gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    view_float_image(GL_RGBA, width, height, 0, texels[0]);
+    view_float_image(GL_RGBA, width, height, texels[0]);
 }
 
 /* Masks of 4 x 4 tiles. */

@@ -77,7 +77,7 @@ static void draw(void)
                    sizeof flipped[0]);
         gl.ActiveTexture(GL_TEXTURE0 +
                          (i ? VIEW_UNIT_OTHER : VIEW_UNIT_PICTURE));
-        view_float_image(GL_RGBA, WIDTH, HEIGHT, 0, flipped[0][0]);
+        view_float_image(GL_RGBA, WIDTH, HEIGHT, flipped[0][0]);
     }
     gl.BindBuffer(GL_UNIFORM_BUFFER, on.uniforms);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof on.frame, &on.frame,

@@ -19,7 +19,7 @@
 
 enum {
     MOST_COLUMNS = 8192, /* of a map: 400 MB */
-    MOST_EDGE = 512      /* of a cube of it */
+    CUBE_COLUMNS = 512   /* of that of a cube */
 };
 
 /* ---- harmonics ----------------------------------------------------------- */
@@ -394,36 +394,33 @@ view_environment view_set_lit_by(const baked_set *set)
                : VIEW_BY_LEVEL0;
 }
 
-bool view_set_environment(const baked_set *set, ibl_cube *cube,
+bool view_set_environment(const baked_set *set, ibl_image *map,
                           const char **what)
 {
-    const ibl_image *map = view_set_source(set, NULL);
-    const view_environment by = view_set_lit_by(set);
+    const bool at_hand = view_set_source(set, NULL);
+    const bool sky = view_set_lit_by(set) == VIEW_BY_SKY;
     const ibl_set_file *file =
-        &set->baked.file[by == VIEW_BY_SKY ? IBL_CONTENT_SKYBOX
-                                           : IBL_CONTENT_SPECULAR];
-    const float most = ibl_pixel_max(file->pixel);
-    const int edge =
-        map && map->width < 4 * MOST_EDGE ? (map->width + 3) / 4 : MOST_EDGE;
-    ibl_ctx *ctx = reader();
+        &set->baked.file[sky ? IBL_CONTENT_SKYBOX : IBL_CONTENT_SPECULAR];
+    ibl_cube cube = {0};
     bool clipped = false;
 
-    *cube = (ibl_cube){0};
-    *what = map                 ? set->baked.source
-            : by == VIEW_BY_SKY ? "the skybox"
-                                : "level 0";
+    *what = at_hand ? set->baked.source : sky ? "the skybox" : "level 0";
+    *map = set->map;
+    if (at_hand)
+        return true;
+    ibl_ctx *ctx = reader();
     const bool ok =
-        map ? !ibl_cube_alloc(ctx, edge, 1, cube) &&
-                  !ibl_cube_from_latlong(ctx, map, set->baked.yaw_deg, cube)
-            : !ibl_texture_to_cube(ctx, &file->texture, cube);
-    ibl_ctx_free(ctx);
-    for (int i = 0; ok && by == VIEW_BY_LEVEL0 &&
-                    i < 3 * IBL_FACES * cube->size * cube->size;
+        !ibl_texture_to_cube(ctx, &file->texture, &cube) &&
+        !ibl_image_alloc(ctx, CUBE_COLUMNS, CUBE_COLUMNS / 2, map) &&
+        !ibl_latlong_from_cube(ctx, &cube, map);
+    for (int i = 0; ok && !sky && i < 3 * IBL_FACES * cube.size * cube.size;
          i++)
-        clipped |= cube->data[i] >= most;
+        clipped |= cube.data[i] >= ibl_pixel_max(file->pixel);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
     if (ok && !clipped)
         return true;
-    ibl_cube_free(cube);
+    ibl_image_free(map);
     return ok ? view_fail("%s: there is no reference: level 0 is clipped by "
                           "%s, and its map is not at hand: name it with --map",
                           set->baked.name, ibl_pixel_name(file->pixel))

@@ -76,10 +76,10 @@ typedef enum view_environment {
     VIEW_BY_SKY
 } view_environment;
 view_environment view_set_lit_by(const baked_set *set);
-/* Makes a cube of it; one of the map has at most VIEW_AIM_EDGE texels along an
- * edge. *what: which it is, until the set is freed. False, with a message: no
- * memory, or the format clips what is there. */
-bool view_set_environment(const baked_set *set, ibl_cube *cube,
+/* Gives its equirectangular map: set->map, or one that is made of the cube and
+ * to be freed. *what: which it is, until the set is freed. False, with a
+ * message: no memory, or the format clips what is there. */
+bool view_set_environment(const baked_set *set, ibl_image *map,
                           const char **what);
 
 /* "is no irradiance map" if a set has no such diffuse light; NULL: it has. */

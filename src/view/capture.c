@@ -169,7 +169,7 @@ static void make_samples(view_capture *c)
                      all + row * (size_t)l);
     }
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, 0, all);
+    c->samples = view_float_image(GL_RGBA, MOST_SAMPLES, c->levels, all);
     free(all);
 }
 

@@ -64,7 +64,7 @@ typedef struct view_frame {
     int show[4];         /* tone, below 0: linear values; false_colour;
                             compare */
     int sampling[4];     /* of the reference (truth.h): first sample, number;
-                            cells of view_aim along an edge, 0: no table; discs
+                            1: there is a table of lights; discs
                             that its environment lacks */
 } view_frame;
 

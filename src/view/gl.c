@@ -296,16 +296,15 @@ GLuint view_upload_map(const baked_set *set)
     if (!map)
         return 0;
     const GLuint texture =
-        view_float_image(GL_RGB, map->width, map->height, 0, map->data);
+        view_float_image(GL_RGB, map->width, map->height, map->data);
     view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
     return texture;
 }
 
-GLuint view_float_image(GLenum format, int width, int height, int layers,
+GLuint view_float_image(GLenum format, int width, int height,
                         const float *texels)
 {
-    const GLenum target = layers ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D;
     const GLint internal = format == GL_RED    ? GL_R32F
                            : format == GL_RGB  ? GL_RGB32F
                            : format == GL_RGBA ? GL_RGBA32F
@@ -313,14 +312,10 @@ GLuint view_float_image(GLenum format, int width, int height, int layers,
     GLuint texture = 0;
 
     gl.GenTextures(1, &texture);
-    gl.BindTexture(target, texture);
-    if (layers)
-        gl.TexImage3D(target, 0, internal, width, height, layers, 0, format,
-                      GL_FLOAT, texels);
-    else
-        gl.TexImage2D(target, 0, internal, width, height, 0, format, GL_FLOAT,
-                      texels);
-    view_gl_filter(target, GL_NEAREST, 1);
+    gl.BindTexture(GL_TEXTURE_2D, texture);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format,
+                  GL_FLOAT, texels);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     return texture;
 }
 
@@ -338,8 +333,8 @@ bool view_image_make(view_image *i, int width, int height)
         return true;
     view_image_free(i);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    i->depth = view_float_image(GL_DEPTH_COMPONENT, width, height, 0, NULL);
-    i->texture = view_float_image(GL_RGBA, width, height, 0, NULL);
+    i->depth = view_float_image(GL_DEPTH_COMPONENT, width, height, NULL);
+    i->texture = view_float_image(GL_RGBA, width, height, NULL);
     gl.GenFramebuffers(1, &i->framebuffer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, i->framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,

@@ -173,9 +173,9 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
 GLuint view_upload_map(const baked_set *set);
 
 /* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, or of depth,
- * GL_DEPTH_COMPONENT, that is read texel by texel, on the active unit. layers
- * of an array, 0: it is none. texels NULL: undefined. */
-GLuint view_float_image(GLenum format, int width, int height, int layers,
+ * GL_DEPTH_COMPONENT, that is read texel by texel, on the active unit. texels
+ * NULL: undefined. */
+GLuint view_float_image(GLenum format, int width, int height,
                         const float *texels);
 
 /* A picture of RGBA floats to draw into, with depth; zeroed: not made yet. */

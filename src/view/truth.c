@@ -18,43 +18,51 @@
 static const double worth = 1.0 / 64;
 
 /* Gives each token k the cell where the running sum of light reaches (k + 1/2)
- * / VIEW_AIM_TOKENS of all. Cells follow a Morton curve (Morton 1966), face by
- * face: in rows, sequences of numbers converge more slowly. chance holds light
- * before, chances after. */
-void view_aim_make(int edge, const float *rgb, view_aim *aim)
+ * / VIEW_AIM_TOKENS of all. Cells follow a Morton curve (Morton 1966): in rows,
+ * sequences of numbers converge more slowly. chance holds light before, chances
+ * after. */
+void view_aim_make(const ibl_image *map, view_aim *aim)
 {
-    const int count = IBL_FACES * edge * edge;
+    const int width = map->width < VIEW_AIM_MOST ? map->width : VIEW_AIM_MOST;
+    const int height =
+        map->height < VIEW_AIM_MOST ? map->height : VIEW_AIM_MOST;
+    const size_t count = (size_t)width * (size_t)height;
     double all = 0, above = 0, sum = 0;
     unsigned side = 1;
     int token = 0;
 
-    *aim = (view_aim){edge, ibl_need(malloc(count * sizeof(float))),
+    *aim = (view_aim){width, height, ibl_need(calloc(count, sizeof(float))),
                       ibl_need(malloc(VIEW_AIM_TOKENS * sizeof(float)))};
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < count; i++) {
-            const double bright = (double)rgb[3 * i] + rgb[3 * i + 1] +
-                                  rgb[3 * i + 2] - pass * all / (4 * M_PI);
-            const double light =
-                fmax(bright, 0) *
-                ibl_cube_solid_angle(edge, i % edge, i / edge % edge);
-            aim->chance[i] = (float)light;
-            *(pass ? &above : &all) += light;
+    for (int i = 0; i < 2 * map->height; i++) {
+        const bool second = i >= map->height;
+        const int y = i % map->height;
+        const double angle =
+            2 * M_PI / map->width *
+            (cos(M_PI * y / map->height) - cos(M_PI * (y + 1) / map->height));
+        const float *p = map->data + (size_t)3 * y * map->width;
+        float *row = aim->chance + (size_t)y * height / map->height * width;
+        for (int x = 0; x < map->width; x++, p += 3) {
+            const double bright = (double)p[0] + p[1] + p[2];
+            const double mean = second ? all / (4 * M_PI) : 0;
+            const double light = fmax(bright - mean, 0) * angle;
+            *(second ? &above : &all) += light;
+            row[(size_t)x * width / map->width] += second ? (float)light : 0;
         }
+    }
     if (!(above > worth * all)) {
         view_aim_free(aim);
         return;
     }
-    while (side < (unsigned)edge)
+    while (side < (unsigned)width || side < (unsigned)height)
         side *= 2;
-    for (unsigned k = 0; k < IBL_FACES * side * side; k++) {
+    for (unsigned k = 0; k < side * side; k++) {
         int x = 0, y = 0; /* the bits of k at even and at odd places */
         for (unsigned bit = 1; bit < side; bit *= 2) {
             x |= (int)(k / bit & bit);
             y |= (int)(k / bit / 2 & bit);
         }
-        const int cell = ((int)(k / (side * side)) * edge + y) * edge + x;
-        const int first = token;
-        if (x >= edge || y >= edge)
+        const int cell = y * width + x, first = token;
+        if (x >= width || y >= height)
             continue;
         sum += aim->chance[cell];
         while (token < VIEW_AIM_TOKENS &&
@@ -96,31 +104,26 @@ void view_truth_free(view_truth *t)
 view_truth *view_truth_create(const baked_set *set)
 {
     view_truth *t = ibl_need(calloc(1, sizeof *t));
-    ibl_cube cube;
+    ibl_image map;
     view_aim aim;
-    int level = 0;
 
-    if (!view_set_environment(set, &cube, &t->environment)) {
+    if (!view_set_environment(set, &map, &t->environment)) {
         free(t);
         return NULL;
     }
-    while (level + 1 < cube.levels &&
-           ibl_cube_edge(cube.size, level) > VIEW_AIM_EDGE)
-        level++;
-    view_aim_make(ibl_cube_edge(cube.size, level),
-                  ibl_cube_face(&cube, level, 0), &aim);
-    ibl_cube_free(&cube);
-    if (aim.edge) {
+    view_aim_make(&map, &aim);
+    if (map.data != set->map.data)
+        ibl_image_free(&map);
+    if (aim.width) {
         gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_TOKENS);
         t->tokens =
-            view_float_image(GL_RED, VIEW_AIM_ROW, VIEW_AIM_ROW, 0, aim.tokens);
+            view_float_image(GL_RED, VIEW_AIM_ROW, VIEW_AIM_ROW, aim.tokens);
         gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_CHANCE);
-        t->chance =
-            view_float_image(GL_RED, aim.edge, aim.edge, IBL_FACES, aim.chance);
+        t->chance = view_float_image(GL_RED, aim.width, aim.height, aim.chance);
         gl.ActiveTexture(GL_TEXTURE0);
     }
     t->by_clock = 1;
-    t->sampling[2] = aim.edge;
+    t->sampling[2] = aim.width > 0;
     t->sampling[3] =
         view_set_lit_by(set) == VIEW_BY_LEVEL0 ? set->baked.light_count : 0;
     view_aim_free(&aim);

@@ -69,8 +69,9 @@ GLuint view_truth_second(const view_truth *t, double *factor);
  * subtracted from the environment before (Karlik et al. 2019, "MIS
  * Compensation").
  *
- * Each face is divided into cells whose chances are proportional to their light
- * above the mean. A direction is a random place in a random cell.
+ * A map is divided into cells, its pixels if they are few enough, whose chances
+ * are proportional to their light above the mean. A direction is a random place
+ * in a random cell.
  *
  * Chances are multiples of 1 / VIEW_AIM_TOKENS. A random token names a cell:
  * drawing is one lookup and the chance is exact. Neighbouring tokens belong to
@@ -78,17 +79,16 @@ GLuint view_truth_second(const view_truth *t, double *factor);
  */
 #define VIEW_AIM_ROW 512 /* edge of the square texture of tokens */
 #define VIEW_AIM_TOKENS (VIEW_AIM_ROW * VIEW_AIM_ROW)
-#define VIEW_AIM_EDGE 512 /* most cells along a face's edge of a map */
+#define VIEW_AIM_MOST 1024 /* most cells of a row or a column */
 
 typedef struct view_aim {
-    int edge; /* cells along a face's edge; 0: too little light is above the
-                 mean and there is no table */
-    float *chance; /* of each cell; faces and rows as in a cube's level */
-    float *tokens; /* index of each token's cell */
+    int width, height; /* 0: too little light is above the mean and there is no
+                          table */
+    float *chance;     /* of each cell, in rows as the map's pixels */
+    float *tokens;     /* index of each token's cell */
 } view_aim;
 
-/* Makes the table from a level of a cube, whose cells are its texels. */
-void view_aim_make(int edge, const float *rgb, view_aim *aim);
+void view_aim_make(const ibl_image *map, view_aim *aim);
 void view_aim_free(view_aim *aim); /* zeroed is fine */
 
 /* ---- errors against it --------------------------------------------------- */

@@ -57,3 +57,10 @@ vec2 place_in_map(vec3 d)
     return vec2(fract(atan(d.z, d.x) / (2.0 * ibl_pi) + 0.5 + diffuse.z),
                 acos(clamp(d.y, -1.0, 1.0)) / ibl_pi);
 }
+
+vec3 direction_in_map(vec2 place)
+{
+    float phi = 2.0 * ibl_pi * (place.x - 0.5 - diffuse.z);
+    float theta = ibl_pi * place.y;
+    return vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
+}

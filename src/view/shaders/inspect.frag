@@ -59,13 +59,6 @@ int cross_face(ivec2 cell) {
     return cell.x != 1 ? -1 : cell.y == 0 ? 2 : 3;
 }
 
-// Row 0 of an equirectangular map is the zenith, its middle column +X.
-vec3 equirect_direction(vec2 share) {
-    float phi = 2.0 * ibl_pi * (share.x - 0.5);
-    float theta = ibl_pi * share.y;
-    return vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
-}
-
 // Place on the faces of a cube, in texels of n x n, and the face, or -1.
 vec3 cube_place(int n) {
     vec2 size = choice.z == CROSS ? vec2(4 * n, 3 * n)
@@ -78,7 +71,7 @@ vec3 cube_place(int n) {
     if (choice.z != EQUIRECT)
         return vec3(p - vec2(cell * n),
                     choice.z == STRIP ? cell.x : cross_face(cell));
-    vec3 place = face_place(equirect_direction(p / size));
+    vec3 place = face_place(direction_in_map(p / size + vec2(diffuse.z, 0.0)));
     vec2 at = (place.xy + 1.0) * 0.5 * float(n);
     return vec3(clamp(at, 0.0, float(n) - 1.0 / 64.0), place.z);
 }
@@ -115,10 +108,9 @@ texel source_map() {
     vec2 p = flat_point(size);
     if (diffuse.w == 0.0 || !within(p, size))
         return OUTSIDE;
-    vec2 share = (floor(p) + 0.5) / size - vec2(diffuse.z, 0.0);
     return texel(filtered() ? texture(backdrop_map, p / size)
                             : texelFetch(backdrop_map, ivec2(p), 0),
-                 vec4(-1.0, 0.0, floor(p)), equirect_direction(share));
+                 vec4(-1.0, 0.0, floor(p)), direction_in_map((floor(p) + 0.5) / size));
 }
 
 // One channel as grey.

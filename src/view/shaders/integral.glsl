@@ -12,12 +12,11 @@
 // "Hash Functions for GPU Rendering", JCGT 9(3); Heitz 2018, "Sampling the GGX
 // Distribution of Visible Normals", JCGT 7(4); Dupuy and Benyoub 2023,
 // "Sampling Visible GGX Normals with Spherical Caps".
-#include "cube.glsl"
 #include "light.glsl"
 
 #ifdef INTEGRAL
 uniform sampler2D aim_tokens; // see view/truth.h
-uniform sampler2DArray aim_chance; // a layer per face
+uniform sampler2D aim_chance;
 
 // Three random numbers of a pixel, independent of those of other pixels.
 uvec3 hash_of(uvec3 x)
@@ -65,29 +64,50 @@ vec3 visible_normal(vec3 v, float alpha, vec2 u)
     return normalize(vec3(alpha * h, h_z));
 }
 
-// Density of aim_at at a unit direction, 0 without a table: dO = dA m^3, m the
-// largest component.
-float aimed(vec3 d)
+// Density of a unit direction in a cell of that chance: a row of the map is as
+// long as its sine.
+float density(float chance, vec3 d)
 {
-    vec3 a = abs(d), at = face_place(d);
-    float m = max(a.x, max(a.y, a.z));
-    if (sampling.z == 0)
-        return 0.0;
-    float chance = textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r;
-    return chance * float(sampling.z * sampling.z) * 0.25 / (m * m * m);
+    ivec2 cells = textureSize(aim_chance, 0);
+    return chance * float(cells.x * cells.y) /
+           (2.0 * ibl_pi * ibl_pi * max(length(d.xz), 1e-6));
 }
 
-// A random direction in a cell that is random by the light above the mean.
-vec3 aim_at(uvec3 fraction)
+// Density of aim_at at a unit direction, 0 without a table.
+float aimed(vec3 d)
 {
-    ivec2 size = textureSize(aim_tokens, 0);
+    return sampling.z == 0
+               ? 0.0
+               : density(textureLod(aim_chance, place_in_map(d), 0.0).r, d);
+}
+
+// By view_environment of view/baked_set.h: the map, constant over each pixel,
+// or a cube.
+vec3 light_from(vec3 d)
+{
+    if (diffuse.w != 1.0)
+        return diffuse.w == 0.0 ? textureLod(specular_map, d, 0.0).rgb
+                                : textureLod(sky_map, d, 0.0).rgb;
+    ivec2 size = textureSize(backdrop_map, 0);
+    ivec2 at = ivec2(place_in_map(d) * vec2(size));
+    return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
+}
+
+// A random direction in a cell that is random by the light above the mean, its
+// density and its light: beside a border, lookups may find the other cell.
+vec3 aim_at(uvec3 fraction, out float other, out vec3 from)
+{
+    ivec2 size = textureSize(aim_tokens, 0), cells = textureSize(aim_chance, 0);
     int token = int(fraction.x >> 14u);
     int cell = int(texelFetch(aim_tokens,
                               ivec2(token % size.x, token / size.x), 0).r);
-    int edge = sampling.z;
-    vec2 p = vec2(cell % edge, cell / edge % edge) + unit(fraction.yz);
-    return normalize(face_direction(cell / (edge * edge),
-                                    2.0 * p / float(edge) - 1.0));
+    ivec2 at = ivec2(cell % cells.x, cell / cells.x);
+    vec3 d = direction_in_map((vec2(at) + unit(fraction.yz)) / vec2(cells));
+    other = density(texelFetch(aim_chance, at, 0).r, d);
+    from = diffuse.w == 1.0 && cells == textureSize(backdrop_map, 0)
+               ? texelFetch(backdrop_map, at, 0).rgb
+               : light_from(d);
+    return d;
 }
 
 // Below this alpha a lobe is a mirror in float precision.
@@ -128,18 +148,6 @@ struct patch_of {
     float spread;      // N.V + sqrt(alpha^2 + (1 - alpha^2) N.V^2)
     mat3 to_environment;
 };
-
-// By view_environment of view/baked_set.h: the map, constant over each pixel,
-// or a cube.
-vec3 light_from(vec3 d)
-{
-    if (diffuse.w != 1.0)
-        return diffuse.w == 0.0 ? textureLod(specular_map, d, 0.0).rgb
-                                : textureLod(sky_map, d, 0.0).rgb;
-    ivec2 size = textureSize(backdrop_map, 0);
-    ivec2 at = ivec2(place_in_map(d) * vec2(size));
-    return texelFetch(backdrop_map, min(at, size - 1), 0).rgb;
-}
 
 // BRDF times N.L over the density p = D / (2 spread) of visible normals: F V
 // N.L 2 spread (Heitz 2018 eq. 19). Times the balance heuristic p / (p +
@@ -198,12 +206,12 @@ void integrate(surface at, bool diffuse_part, uint sequence, out vec3 specular,
         }
         if (sampling.z == 0)
             continue;
-        d = aim_at(point3(uint(i), c));
+        float other;
+        vec3 from;
+        d = aim_at(point3(uint(i), c), other, from);
         l = d * s.to_environment;
         if (l.z <= 0.0)
             continue;
-        vec3 from = light_from(d);
-        float other = aimed(d);
         light += from * (l.z / (l.z + ibl_pi * other));
         if (s.alpha >= MIRROR)
             specular += from * specular_weight(s, normalize(s.view + l), l,
