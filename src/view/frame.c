@@ -109,25 +109,28 @@ static void fill_background(view_frame *f, const view_settings *s,
 /* Chromium's F0: Real-Time Rendering, 4th edition, table 9.2. */
 static void fill_material(view_frame *f, const view_settings *s)
 {
-    static const view_material clay = {{0.5, 0.5, 0.5}, 0.04, 1},
-                               chrome = {{0.55, 0.556, 0.554}, 0.04, 1};
+    static const struct {
+        view_material material;
+        float roughness, metallic;
+    } overrides[] = {
+        [VIEW_CLAY] = {{{0.5, 0.5, 0.5}, 0.04, 1}, 0.6F, 0},
+        [VIEW_CHROME] = {{{0.55, 0.556, 0.554}, 0.04, 1}, 0.05F, 1}};
     const bool spheres = s->mode == VIEW_SPHERES;
-    const bool is_clay = !spheres && s->override == VIEW_CLAY;
-    const bool is_chrome = !spheres && s->override == VIEW_CHROME;
-    const view_material *m = is_clay     ? &clay
-                             : is_chrome ? &chrome
-                                         : &view_materials[s->material];
+    const bool fixed =
+        !spheres && (s->override == VIEW_CLAY || s->override == VIEW_CHROME);
+    const view_material *m =
+        fixed ? &overrides[s->override].material : &view_materials[s->material];
 
     copy3(f->metal, m->metal);
     for (int k = 0; k < 3; k++)
         f->plastic[k] = (float)m->dielectric_f0;
-    f->metal[3] = is_clay     ? 0.6F
-                  : is_chrome ? 0.05F
-                              : (float)(s->roughness[0] + s->roughness[1]) / 2;
     /* Those without a diffuse colour have the same F0 at both ends. */
-    f->plastic[3] = is_clay                    ? 0
-                    : is_chrome || !m->diffuse ? 1
-                                               : (float)s->metallic[1];
+    f->metal[3] = (float)(s->roughness[0] + s->roughness[1]) / 2;
+    f->plastic[3] = m->diffuse ? (float)s->metallic[1] : 1;
+    if (fixed) {
+        f->metal[3] = overrides[s->override].roughness;
+        f->plastic[3] = overrides[s->override].metallic;
+    }
     for (int k = 0; k < 2; k++) {
         f->ranges[k] = (float)s->metallic[k];
         f->ranges[2 + k] = (float)s->roughness[k];

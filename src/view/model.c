@@ -198,15 +198,14 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
             continue;
         to->key |= 1 << slot;
         gl.GenSamplers(1, &to->sampler[slot]);
-        const GLint filters[4][2] = {
-            {GL_TEXTURE_WRAP_S, t->wrap_s},
-            {GL_TEXTURE_WRAP_T, t->wrap_t},
-            {GL_TEXTURE_MIN_FILTER,
-             t->filter_min ? t->filter_min : GL_LINEAR_MIPMAP_LINEAR},
-            {GL_TEXTURE_MAG_FILTER, t->filter_mag ? t->filter_mag : GL_LINEAR}};
-        for (int k = 0; k < 4; k++)
-            gl.SamplerParameteri(to->sampler[slot], (GLenum)filters[k][0],
-                                 filters[k][1]);
+        const GLuint sampler = to->sampler[slot];
+        const GLint min =
+            t->filter_min ? t->filter_min : GL_LINEAR_MIPMAP_LINEAR;
+        const GLint mag = t->filter_mag ? t->filter_mag : GL_LINEAR;
+        gl.SamplerParameteri(sampler, GL_TEXTURE_WRAP_S, t->wrap_s);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_WRAP_T, t->wrap_t);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, min);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, mag);
         to->texture[slot] = texture_of(m, scene, t->image, slots[slot].colour);
         if (!to->texture[slot])
             return false;

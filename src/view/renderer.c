@@ -551,23 +551,19 @@ view_scene *view_renderer_stage(const view_renderer *r)
     return r->side[0].stage;
 }
 
-/* The side that is the reference, or NULL. */
-static const side *sampled(const view_renderer *r)
+const view_truth *view_renderer_truth(const view_renderer *r)
 {
     for (int i = 0; i < r->sides; i++)
-        if (view_wants_reference(&r->side[i].settings) && r->side[i].truth)
-            return &r->side[i];
+        if (view_wants_reference(&r->side[i].settings))
+            return r->side[i].truth;
     return NULL;
 }
 
 int view_renderer_samples(const view_renderer *r)
 {
-    return sampled(r) ? sampled(r)->truth->samples : 0;
-}
+    const view_truth *truth = view_renderer_truth(r);
 
-const char *view_renderer_environment(const view_renderer *r)
-{
-    return sampled(r) ? sampled(r)->truth->environment : NULL;
+    return truth ? truth->samples : 0;
 }
 
 void view_renderer_restart(view_renderer *r)
@@ -631,16 +627,17 @@ int view_renderer_errors(view_renderer *r, view_error *errors)
 {
     const int count = view_renderer_parts(r);
     const size_t pixels = (size_t)r->area.width * (size_t)r->area.height;
-    const side *of = sampled(r);
+    const view_truth *truth = view_renderer_truth(r);
     double factor = 0;
-    const GLuint second = of ? view_truth_second(of->truth, &factor) : 0;
+    const GLuint second = truth ? view_truth_second(truth, &factor) : 0;
 
     if (r->sides < 2)
         return 0;
     float *rgb = ibl_need(malloc(9 * pixels * sizeof *rgb));
     int *shown = ibl_need(malloc(pixels * sizeof *shown));
     const float *const pictures[4] = {
-        rgb, rgb + 3 * pixels, of == &r->side[0] ? rgb : rgb + 3 * pixels,
+        rgb, rgb + 3 * pixels,
+        truth && truth == r->side[0].truth ? rgb : rgb + 3 * pixels,
         second ? rgb + 6 * pixels : NULL};
     const bool ok =
         view_renderer_read(r, 0, rgb) &&
