@@ -91,7 +91,7 @@ static void use_map(double yaw)
     NEED(file_save_exr(path, &on.map, NULL));
     free(on.set.baked.source);
     ibl_image_free(&on.set.map); /* it is read anew */
-    on.set.map_why = NULL;
+    on.set.map_tried = false;
     on.set.baked.source = strdup(path);
     on.set.baked.read = ibl_read_options_default();
     on.set.baked.yaw_deg = yaw;
@@ -368,7 +368,7 @@ TEST(environments)
     add(1);
     CHECK(view_renderer_truth(on.renderer)->environment == on.set.baked.source);
     ibl_image_free(&on.set.map);
-    on.set.map_why = NULL; /* it is read again */
+    on.set.map_tried = false; /* it is read again */
     strcpy(on.set.baked.source_hash, "0123456789abcdef0123456789abcdef");
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));

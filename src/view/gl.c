@@ -243,6 +243,17 @@ GLuint view_program(const char *defines, const char *vertex_file,
 
 /* ---- textures ---------------------------------------------------------- */
 
+bool view_gl_takes(GLenum limit, int width, int height, const char *name)
+{
+    GLint most = 0;
+
+    gl.GetIntegerv(limit, &most);
+    return (width <= most && height <= most) ||
+           view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at "
+                     "most: make it smaller",
+                     name, width, height, (int)most, (int)most);
+}
+
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 {
     const GLenum target = cubes                     ? GL_TEXTURE_CUBE_MAP_ARRAY
@@ -251,17 +262,11 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
                                                     : GL_TEXTURE_2D;
     const ibl_pixel_numbers as = ibl_pixel_numbers_of(tex->pixel);
     GLuint texture = 0;
-    GLint most = 0;
 
-    gl.GetIntegerv(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
-                                   : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
-                   &most);
-    if (tex->width > most || tex->height > most) {
-        view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at most: "
-                  "bake it smaller",
-                  name, tex->width, tex->height, (int)most, (int)most);
+    if (!view_gl_takes(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
+                                       : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
+                       tex->width, tex->height, name))
         return 0;
-    }
     gl.GenTextures(1, &texture);
     gl.BindTexture(target, texture);
     for (int level = 0; level < tex->levels; level++) {
@@ -291,7 +296,7 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 
 GLuint view_upload_map(const baked_set *set)
 {
-    const ibl_image *map = view_set_source(set, NULL);
+    const ibl_image *map = view_set_source(set);
 
     if (!map)
         return 0;

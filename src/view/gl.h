@@ -19,27 +19,25 @@
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
     X(BindBufferRange) X(BindFramebuffer) X(BindRenderbuffer) X(BindSampler)   \
     X(BindTexture) X(BindVertexArray) X(BlendColor) X(BlendFunc)               \
-    X(BlendFuncSeparate) X(BufferData) X(BufferSubData)     \
+    X(BlendFuncSeparate) X(BufferData) X(BufferSubData)                        \
     X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(ColorMask)              \
     X(CompileShader) X(CreateProgram) X(CreateShader) X(CullFace)              \
     X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram)                    \
-    X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)                   \
-    X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
-    X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
-    X(Finish) X(FramebufferRenderbuffer) X(FramebufferTexture2D)               \
-    X(FramebufferTextureLayer) X(FrontFace) X(GenBuffers) X(GenFramebuffers)   \
-    X(GenQueries) X(GenRenderbuffers) X(GenSamplers) X(GenTextures)            \
-    X(GenVertexArrays) X(GenerateMipmap) X(GetError) X(GetIntegerv)            \
-    X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v)              \
-    X(GetShaderInfoLog) X(GetShaderiv) X(GetString)              \
+    X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader) X(DeleteTextures) \
+    X(DeleteVertexArrays) X(DepthFunc) X(DepthMask) X(Disable) X(DrawArrays)   \
+    X(DrawArraysInstanced) X(DrawElements) X(Enable)                           \
+    X(EnableVertexAttribArray) X(Finish) X(FramebufferRenderbuffer)            \
+    X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
+    X(GenBuffers) X(GenFramebuffers) X(GenQueries) X(GenRenderbuffers)         \
+    X(GenSamplers) X(GenTextures) X(GenVertexArrays) X(GenerateMipmap)         \
+    X(GetError) X(GetIntegerv) X(GetProgramInfoLog) X(GetProgramiv)            \
+    X(GetQueryObjectui64v) X(GetShaderInfoLog) X(GetShaderiv) X(GetString)     \
     X(GetTexImage) X(GetUniformBlockIndex) X(GetUniformLocation)               \
     X(LinkProgram) X(PixelStorei) X(QueryCounter) X(ReadPixels)                \
     X(RenderbufferStorage) X(SamplerParameteri) X(Scissor) X(ShaderSource)     \
-    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri)                  \
-    X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
-    X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
-    X(VertexAttribPointer) X(Viewport)
+    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1i)     \
+    X(Uniform2f) X(Uniform4f) X(UniformBlockBinding) X(UseProgram)             \
+    X(VertexAttrib4f) X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
 
 typedef struct view_gl {
@@ -82,12 +80,9 @@ bool view_gl_check(const char *where);
 
 /* ---- shaders ----------------------------------------------------------- */
 
-/* The build puts src/view/shaders into the program (build/gen/shaders.c). Lines
- * `#include "name.glsl"` put files, each once, before the one that has them.
- * Each shader begins with `#version 330 core`. Messages have the line in the
- * file that it is from. */
-
-/* The table that the build makes, ended by a NULL name. */
+/* What the build makes of src/view/shaders (build/gen/shaders.c), ended by a
+ * NULL name: lines `#include "name.glsl"` put files, each once, before the one
+ * that has them. Messages have the line in the file that it is from. */
 typedef struct view_shader_file {
     const char *name, *text;
 } view_shader_file;
@@ -113,9 +108,7 @@ enum {
 /* Replaces what is in the block's own buffer, and binds that. */
 void view_gl_block(int block, const void *data, size_t bytes);
 
-/* Texture units, and the names of their samplers: of the set, of the linear
- * picture and what it is compared with, of the reference, of the ground, of the
- * room, of captures, and of models (view/model.c). */
+/* Texture units, and the names of their samplers. */
 /* clang-format off */
 #define VIEW_UNITS(X)                                                          \
     X(VIEW_UNIT_SPECULAR, "specular_map")                                      \
@@ -159,13 +152,12 @@ typedef enum view_unit {
 
 /* ---- textures ---------------------------------------------------------- */
 
-/* Uploads all levels of a texture, filtered linearly, between levels too, and
- * clamped to edges; binds it to the active unit.
- *   tex    without blocks: see ibl_texture_unblock
- *   cubes  true: as a cube map array; false: as a
- *          cube map or, with one face, as a 2D texture or array
- *   name   for messages
- * Returns 0, with a message, if OpenGL has no room for it. */
+/* Whether a texture is within GL_MAX_TEXTURE_SIZE or such; else a message. */
+bool view_gl_takes(GLenum limit, int width, int height, const char *name);
+/* Uploads all levels of a texture without blocks, filtered linearly, and binds
+ * it to the active unit: as a cube map or, with one face, a 2D texture or
+ * array; cubes: as a cube map array. name: for messages. 0, with a message:
+ * OpenGL has no room for it. */
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
 
 /* Uploads the map of a set as an equirectangular picture of RGB floats, bound
@@ -198,7 +190,7 @@ bool view_mean_add(const view_image *picture, float part, view_image *mean);
 /* ---- pictures ---------------------------------------------------------- */
 
 /* Reads a framebuffer, 0 for the screen: 3 or 4 channels of 8 bits, rows from
- * the top, no padding; the caller must free it. */
+ * the top; the caller must free it. */
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height,
                                  int channels);
 /* Reverses the order of the rows. */

@@ -129,16 +129,12 @@ static GLuint texture_of(view_model *m, const ibl_scene *scene, int i,
 {
     const ibl_scene_image *image = &scene->images[i];
     GLuint *texture = &m->images[colour][i];
-    GLint most = 0;
 
     if (*texture)
         return *texture;
-    gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
-    if (image->width > most || image->height > most)
-        return view_fail("%s: %d x %d pixels, and this OpenGL takes %d x %d at "
-                         "most: make it smaller",
-                         image->name, image->width, image->height, (int)most,
-                         (int)most);
+    if (!view_gl_takes(GL_MAX_TEXTURE_SIZE, image->width, image->height,
+                       image->name))
+        return 0;
     gl.GenTextures(1, texture);
     gl.BindTexture(GL_TEXTURE_2D, *texture);
     gl.TexImage2D(GL_TEXTURE_2D, 0, colour ? GL_SRGB8_ALPHA8 : GL_RGBA8,

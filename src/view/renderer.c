@@ -175,8 +175,7 @@ enum {
  * out of its map, if that is at hand. */
 static void find_light(view_renderer *r, const baked_set *set)
 {
-    const ibl_image *map =
-        set->baked.light_count ? NULL : view_set_source(set, NULL);
+    const ibl_image *map = set->baked.light_count ? NULL : view_set_source(set);
     ibl_ctx *ctx = NULL;
     ibl_image copy;
     int count = set->baked.light_count;
@@ -618,9 +617,7 @@ int view_renderer_parts(const view_renderer *r)
 
 const char *view_renderer_part(const view_renderer *r, int i)
 {
-    return r->side[0].settings.mode == VIEW_MODEL
-               ? view_model_material(r->model, i)
-               : "";
+    return view_model_material(r->model, i);
 }
 
 int view_renderer_errors(view_renderer *r, view_error *errors)

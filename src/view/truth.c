@@ -183,12 +183,10 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
         gl.Finish();
         /* By a factor of 2, since a frame also has fixed costs. */
         const double took = ibl_now() - start;
-        t->by_clock = took < quick_seconds  ? 2 * samples
-                      : took > slow_seconds ? samples / 2
-                                            : samples;
-        t->by_clock = t->by_clock < 1               ? 1
-                      : t->by_clock > MOST_BY_CLOCK ? MOST_BY_CLOCK
-                                                    : t->by_clock;
+        if (took < quick_seconds && samples <= MOST_BY_CLOCK / 2)
+            t->by_clock = 2 * samples;
+        else if (took > slow_seconds && samples > 1)
+            t->by_clock = samples / 2;
     }
     return true;
 }
