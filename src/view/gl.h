@@ -208,12 +208,10 @@ char *view_picture_name(const char *path, int number);
 
 /* ---- pictures in memory, without a display ----------------------------- */
 
-/* Makes an OpenGL 3.3 core context current whose framebuffer 0 has that size,
- * with alpha, and loads gl: by EGL on a GPU, else by OSMesa on the processor;
- * both are opened on demand. libraries: file names, ended by NULL, of EGL if
- * they begin so, which then draws on any device, or of OSMesa; NULL: the usual
- * ones. One screen at a time. False, with a message: no OSMesa, or no OpenGL
- * 3.3 core. */
+/* Makes a context of OpenGL 3.3 core current whose framebuffer 0 has that size,
+ * with alpha, and loads gl: by EGL on a GPU, else by OSMesa. libraries: file
+ * names, ended by NULL, of EGL, which then draws on any device, or of OSMesa;
+ * NULL: the usual ones. One screen at a time. False, with a message: none. */
 bool view_screen_memory(int width, int height, const char *const *libraries);
 void view_screen_close(void); /* also without one */
 

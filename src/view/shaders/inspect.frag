@@ -110,7 +110,8 @@ texel source_map() {
         return OUTSIDE;
     return texel(filtered() ? texture(backdrop_map, p / size)
                             : texelFetch(backdrop_map, ivec2(p), 0),
-                 vec4(-1.0, 0.0, floor(p)), direction_in_map((floor(p) + 0.5) / size));
+                 vec4(-1.0, 0.0, floor(p)),
+                 direction_in_map((floor(p) + 0.5) / size));
 }
 
 // One channel as grey.
