@@ -10,6 +10,7 @@
 #include "ibl/reference.h"
 #include "maps.h"
 #include "shade.h"
+#include "view.h"
 #include "view/model.h"
 
 enum {
@@ -442,7 +443,7 @@ TEST(ground)
         const float *rgb = draw_of(shade_ball());
         for (int i = 0; i < EDGE * EDGE; i++) {
             double d[3], p[3], off[3], near[3];
-            view_camera_ray(&c, EDGE, EDGE, i % EDGE, i / EDGE, d);
+            view_test_ray(&c, EDGE, EDGE, i % EDGE, i / EDGE, d);
             for (int k = 0; k < 3; k++) {
                 p[k] = c.eye[k] + (-1 - c.eye[1]) / d[1] * d[k];
                 near[k] = c.eye[k] - test_dot(c.eye, d) * d[k];

@@ -284,7 +284,7 @@ static double apart(const view_room_draw *d, const float *a, const float *b)
     double sum = 0, off = 0, ray[3];
 
     for (int i = 0; i < WIDE * HIGH; i++) {
-        view_camera_ray(&d->camera, WIDE, HIGH, i % WIDE, i / WIDE, ray);
+        view_test_ray(&d->camera, WIDE, HIGH, i % WIDE, i / WIDE, ray);
         const room_hit h = room_cast(d, d->camera.eye, ray);
         if (h.what >= 0 && ibl_probe_influence(d->dynamic.probe, h.point) > 0)
             continue;

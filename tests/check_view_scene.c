@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "test.h"
+#include "view.h"
 #include "view/frame.h"
 #include "view/sphere_grid.h"
 
@@ -66,7 +67,7 @@ TEST(axes)
     CHECK_NEAR(c.forward[2], -1, 1e-12);
     CHECK_NEAR(c.up[1], tan(15 * degree), 1e-12);
     CHECK_NEAR(c.right[0], 2 * tan(15 * degree), 1e-12);
-    view_camera_ray(&c, 200, 100, 199.5, -0.5, ray);
+    view_test_ray(&c, 200, 100, 199.5, -0.5, ray);
     CHECK(ray[0] > 0 && ray[1] > 0);
     CHECK_NEAR(ray[1] / -ray[2], tan(15 * degree), 1e-12);
     CHECK_NEAR(ray[0] / -ray[2], 2 * tan(15 * degree), 1e-12);
@@ -98,7 +99,7 @@ TEST(rays_and_matrix)
         const double y = h * test_random_unit(&r) - 0.5;
         const double far = 0.5 + 30 * test_random_unit(&r);
         double ray[3], p[3], ndc[3];
-        view_camera_ray(&c, w, h, x, y, ray);
+        view_test_ray(&c, w, h, x, y, ray);
         CHECK_NEAR(test_dot(ray, ray), 1, 1e-12);
         for (int k = 0; k < 3; k++)
             p[k] = c.eye[k] + far * ray[k];
@@ -160,8 +161,8 @@ TEST(hits)
         s.pitch = 120 * test_random_unit(&r) - 60;
         const view_camera c = view_camera_of(&s, 100, 100);
         const int count = view_grid(&s, p);
-        view_camera_ray(&c, 100, 100, 100 * test_random_unit(&r),
-                        100 * test_random_unit(&r), ray);
+        view_test_ray(&c, 100, 100, 100 * test_random_unit(&r),
+                      100 * test_random_unit(&r), ray);
         int expected = -1;
         for (int j = 0; j < count; j++) {
             double to[3];
@@ -175,7 +176,7 @@ TEST(hits)
                 expected = j;
             }
         }
-        const int hit = view_grid_hit(p, count, c.eye, ray, normal);
+        const int hit = view_test_hit(p, count, c.eye, ray, normal);
         CHECK(hit == expected);
         if (hit < 0 || hit != expected)
             continue;
@@ -188,9 +189,9 @@ TEST(hits)
     const view_settings s = view_settings_default();
     view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
     const int count = view_grid(&s, p);
-    CHECK(view_grid_hit(p, count, (double[3]){0, 0, 3}, (double[3]){0, 0, 1},
+    CHECK(view_test_hit(p, count, (double[3]){0, 0, 3}, (double[3]){0, 0, 1},
                         NULL) == -1);
-    CHECK(view_grid_hit(p, count, p[24].centre, (double[3]){0, 0, 1}, NULL) ==
+    CHECK(view_test_hit(p, count, p[24].centre, (double[3]){0, 0, 1}, NULL) ==
           -1);
 }
 

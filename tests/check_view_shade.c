@@ -271,7 +271,7 @@ static void use(const state *is, view_settings *s, baked_set *to)
             (ibl_light){.radius = 0.1, .irradiance = {3, 1, 2}};
         const view_camera c = view_camera_of(s, EDGE, EDGE);
         double ray[3];
-        view_camera_ray(&c, EDGE, EDGE, 12, 12, ray);
+        view_test_ray(&c, EDGE, EDGE, 12, 12, ray);
         view_turn(s->turn, ray, to->baked.light[1].direction);
     }
 }
@@ -419,10 +419,10 @@ TEST(edges_by_area)
             int hits = 0;
             for (int k = 0; k < N * N; k++) {
                 double d[3];
-                view_camera_ray(&c, WIDTH, HEIGHT,
-                                i % WIDTH + (k % N + 0.5) / N - 0.5,
-                                i / WIDTH + (k / N + 0.5) / N - 0.5, d);
-                hits += view_grid_hit(balls, count, c.eye, d, NULL) >= 0;
+                view_test_ray(&c, WIDTH, HEIGHT,
+                              i % WIDTH + (k % N + 0.5) / N - 0.5,
+                              i / WIDTH + (k / N + 0.5) / N - 0.5, d);
+                hits += view_test_hit(balls, count, c.eye, d, NULL) >= 0;
             }
             const double part = hits / (double)(N * N);
             sum += rgb[3 * i] / 0.5;

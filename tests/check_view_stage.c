@@ -259,7 +259,7 @@ TEST(a_model_stands_in_the_room)
     CHECK(!memcmp(seen[0], seen[1], cube * sizeof *seen[0]));
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         double ray[3], to[3];
-        view_camera_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        view_test_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         for (int k = 0; k < 3; k++)
             to[k] = (k == 1 ? 0.75 : 0) - d->camera.eye[k];
         const double along = test_dot(to, ray);
@@ -316,7 +316,7 @@ TEST(probe_under_a_pixel)
     for (int i = 0; i < WIDTH * HEIGHT; i += 13) {
         double ray[3];
         int best = 5;
-        view_camera_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        view_test_ray(&d->camera, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         const room_hit h = room_cast(d, d->camera.eye, ray);
         const int probe = view_scene_probe_at(on.stage, &on.s, WIDTH, HEIGHT,
                                               i % WIDTH, i / WIDTH, &weight);

@@ -91,7 +91,7 @@ static void use_map(double yaw)
     NEED(file_save_exr(path, &on.map, NULL));
     free(on.set.baked.source);
     ibl_image_free(&on.set.map); /* it is read anew */
-    on.set.map_why = NULL;
+    on.set.map_tried = false;
     on.set.baked.source = strdup(path);
     on.set.baked.read = ibl_read_options_default();
     on.set.baked.yaw_deg = yaw;
@@ -366,15 +366,15 @@ TEST(environments)
     const float *level0 = add(8);
     use_map(0);
     add(1);
-    CHECK(view_renderer_environment(on.renderer) == on.set.baked.source);
+    CHECK(view_renderer_truth(on.renderer)->environment == on.set.baked.source);
     ibl_image_free(&on.set.map);
-    on.set.map_why = NULL; /* it is read again */
+    on.set.map_tried = false; /* it is read again */
     strcpy(on.set.baked.source_hash, "0123456789abcdef0123456789abcdef");
     view_test_catch();
     NEED(view_renderer_load(on.renderer, &on.set));
     CHECK(apart(add(8), level0) < 1e-5);
     CHECK(strstr(view_test_caught(), "map.exr: cannot be read again"));
-    CHECK(!strcmp(view_renderer_environment(on.renderer), "level 0"));
+    CHECK(!strcmp(view_renderer_truth(on.renderer)->environment, "level 0"));
     /* Level 0 of one is the skybox of the other: that of the first is not the
      * environment. */
     bake(0.4, &rough);

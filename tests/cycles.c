@@ -197,8 +197,8 @@ static int sphere_at(const view_sphere *spheres, int count,
     for (int j = -1; j <= 1; j++)
         for (int i = -1; i <= 1; i++) {
             double d[3], n[3];
-            view_camera_ray(c, WIDTH, HEIGHT, x + i, y + j, d);
-            const int k = view_grid_hit(spheres, count, c->eye, d, n);
+            view_test_ray(c, WIDTH, HEIGHT, x + i, y + j, d);
+            const int k = view_test_hit(spheres, count, c->eye, d, n);
             if (found != -2 && k != found)
                 return -1;
             found = k;

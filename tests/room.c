@@ -442,8 +442,8 @@ bool lit_shows(const float *rgb, int size, int face, double x, double y,
         if (size)
             truth_cube_direction(size, face, at_x, at_y, ray);
         else
-            view_camera_ray(c, lit.image.width, lit.image.height, at_x, at_y,
-                            ray);
+            view_test_ray(c, lit.image.width, lit.image.height, at_x, at_y,
+                          ray);
         const room_hit h = room_cast(&lit.draw, c->eye, ray);
         /* The sky is a filtered texture, spheres are of triangles. */
         const double exact = h.what < 0                  ? 1e-3

@@ -237,8 +237,8 @@ shade_pixel *shade_pixels(const view_settings *s)
         const int x = i % (w + 2) - 1, y = i / (w + 2) - 1;
         const bool in = x >= 0 && y >= 0 && x < w && y < h;
         double ray[3], normal[3] = {0, 0, 0};
-        view_camera_ray(&c, w, h, x, y, ray);
-        hit[i] = view_grid_hit(spheres, count, c.eye, ray, normal);
+        view_test_ray(&c, w, h, x, y, ray);
+        hit[i] = view_test_hit(spheres, count, c.eye, ray, normal);
         shade_pixel *p = in ? &all[y * w + x] : NULL;
         for (int k = 0; in && k < 3; k++) {
             p->normal[k] = normal[k];

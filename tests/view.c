@@ -6,6 +6,7 @@
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/ui.h"
+#include "view/vector.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -202,4 +203,43 @@ bool view_test_pixel(const double clip[16], int width, int height,
     for (int i = 0; i < 2; i++)
         pixel[i] = (int)((at[i] / at[3] + 1) / 2 * size[i]);
     return true;
+}
+
+void view_test_ray(const view_camera *c, int width, int height, double x,
+                   double y, double direction[3])
+{
+    const double u = 2 * (x + 0.5) / width - 1 + c->shift[0];
+    const double v = 1 - 2 * (y + 0.5) / height + c->shift[1];
+
+    for (int k = 0; k < 3; k++)
+        direction[k] = c->forward[k] + u * c->right[k] + v * c->up[k];
+    normalise3(direction);
+}
+
+int view_test_hit(const view_sphere *spheres, int count, const double eye[3],
+                  const double direction[3], double normal[3])
+{
+    double nearest = INFINITY;
+    int hit = -1;
+
+    for (int i = 0; i < count; i++) {
+        const view_sphere *p = &spheres[i];
+        double to[3], off[3];
+        for (int k = 0; k < 3; k++)
+            to[k] = p->centre[k] - eye[k];
+        const double along = dot3(to, direction);
+        for (int k = 0; k < 3; k++)
+            off[k] = along * direction[k] - to[k];
+        const double half2 = p->radius * p->radius - dot3(off, off);
+        if (half2 < 0)
+            continue;
+        const double half = sqrt(half2);
+        if (along - half <= 0 || along - half >= nearest)
+            continue;
+        nearest = along - half;
+        hit = i;
+        for (int k = 0; normal && k < 3; k++)
+            normal[k] = (off[k] - half * direction[k]) / p->radius;
+    }
+    return hit;
 }

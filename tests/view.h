@@ -52,4 +52,12 @@ void view_test_point_of(test_random *r, const ibl_volume *v, double p[3]);
 bool view_test_pixel(const double clip[16], int width, int height,
                      const double p[3], int pixel[2]);
 
+/* Unit direction through the centre of pixel (x, y), row 0 on top. */
+void view_test_ray(const view_camera *c, int width, int height, double x,
+                   double y, double direction[3]);
+/* Index of the nearest sphere along the ray, and its normal at the hit; -1:
+ * none. normal may be NULL. */
+int view_test_hit(const view_sphere *spheres, int count, const double eye[3],
+                  const double direction[3], double normal[3]);
+
 #endif

@@ -340,7 +340,7 @@ void view_app_map_size(const view_app *app, double size[2])
     const view_settings *s = &app->side[0];
     const view_area a = view_app_area(app);
     const ibl_image *map =
-        s->mode == VIEW_SOURCE_MAP ? view_set_source(app->set, NULL) : NULL;
+        s->mode == VIEW_SOURCE_MAP ? view_set_source(app->set) : NULL;
     const double shape = map ? (double)map->width / map->height
                          : s->mode == VIEW_TABLE ? 1
                                                  : cubes[s->layout];

@@ -125,15 +125,15 @@ static bool check_kinds(const view_request *what, ibl_set_file *f)
                          "name another file, or leave --irradiance out",
                          matte->path,
                          ibl_content_name((ibl_content)matte->holds));
-    if (table->facts.table && what->lut)
+    if (!table->facts.table)
+        return true;
+    if (what->lut)
         return view_fail("%s: is a table of kind %s, not the split one: name "
                          "the brdf_lut file, or leave --lut out",
                          table->path, ibl_lut_name(table->facts.table));
-    if (table->facts.table) {
-        view_note("%s: a table of kind %s: not used", table->path,
-                  ibl_lut_name(table->facts.table));
-        ibl_texture_free(&table->texture);
-    }
+    view_note("%s: a table of kind %s: not used", table->path,
+              ibl_lut_name(table->facts.table));
+    ibl_texture_free(&table->texture);
     return true;
 }
 
@@ -350,39 +350,30 @@ static bool fit(ibl_ctx *ctx, const char *path, ibl_image *map)
     return ok;
 }
 
-/* Reads the map, or says why not. */
-static const char *read_map(const baked_set *set, ibl_image *map)
+const ibl_image *view_set_source(const baked_set *set)
 {
+    baked_set *own = (baked_set *)set;
+    const char *path = set->baked.source;
     ibl_read_options read = set->baked.read;
     ibl_read_report report;
 
-    if (!set->baked.source)
-        return "its map is not at hand: name it with --map";
+    if (set->map.data || set->map_tried || !path)
+        return set->map.data ? &set->map : NULL;
+    own->map_tried = true;
     read.hash = *set->baked.source_hash != '\0';
     ibl_ctx *ctx = reader();
     const bool ok =
-        !ibl_image_read(ctx, set->baked.source, &read, map, &report) &&
+        !ibl_image_read(ctx, path, &read, &own->map, &report) &&
         (!read.hash || !strcmp(set->baked.source_hash, report.hash)) &&
-        fit(ctx, set->baked.source, map);
+        fit(ctx, path, &own->map);
     ibl_ctx_free(ctx);
     if (ok)
-        return NULL;
-    ibl_image_free(map);
+        return &set->map;
+    ibl_image_free(&own->map);
     view_note("%s: cannot be read again as it was baked, for the backdrop and "
               "the reference",
-              set->baked.source);
-    return "its map cannot be read again as it was baked";
-}
-
-const ibl_image *view_set_source(const baked_set *set, const char **why)
-{
-    baked_set *own = (baked_set *)set;
-
-    if (!set->map.data && !set->map_why)
-        own->map_why = read_map(set, &own->map);
-    if (why)
-        *why = set->map_why;
-    return set->map.data ? &set->map : NULL;
+              path);
+    return NULL;
 }
 
 view_environment view_set_lit_by(const baked_set *set)
@@ -397,7 +388,7 @@ view_environment view_set_lit_by(const baked_set *set)
 bool view_set_environment(const baked_set *set, ibl_image *map,
                           const char **what)
 {
-    const bool at_hand = view_set_source(set, NULL);
+    const bool at_hand = view_set_source(set);
     const bool sky = view_set_lit_by(set) == VIEW_BY_SKY;
     const ibl_set_file *file =
         &set->baked.file[sky ? IBL_CONTENT_SKYBOX : IBL_CONTENT_SPECULAR];

@@ -18,10 +18,10 @@ typedef struct baked_set {
      * and taps of view_reflection. Lights are those that were taken out of the
      * maps, not of the sky. Baked here, files have no path. */
     ibl_set baked;
-    ibl_image map;       /* of view_set_source; data NULL: it is not read */
-    const char *map_why; /* why it cannot be read; NULL: it was not tried */
-    bool own_sky;        /* the skybox was asked for */
-    int layer;           /* of arrays of cubes; 0: or no array */
+    ibl_image map;  /* of view_set_source; data NULL: it is not read */
+    bool map_tried; /* to read it */
+    bool own_sky;   /* the skybox was asked for */
+    int layer;      /* of arrays of cubes; 0: or no array */
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are dropped */
@@ -41,16 +41,9 @@ typedef struct view_request {
     const char *map; /* that was baked; NULL: where the sidecar says */
 } view_request;
 
-/*
- * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
- * taken; several are an error that names them. NAME.json beside it and the
- * keys of the containers say how it was baked; where both do and differ, the
- * keys hold, with a note. Files from other programs have neither. They get the
- * defaults of ibl_specular_options (linear mapping, E/pi) with a note; those of
- * cmgen (KTX with a key "sh") get Filament's mapping. ctx logs through
- * view_log. False, with a message that says what does not fit and what to do,
- * and *set zeroed.
- */
+/* Reads a set as ibl_set_open does, and notes what its files do not say and is
+ * taken as the default. ctx logs through view_log. False, with a message that
+ * says what does not fit and what to do, and *set zeroed. */
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set);
 void view_set_free(baked_set *set); /* zeroed is fine */
 
@@ -65,9 +58,9 @@ bool view_set_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                baked_set *set);
 
 /* The map of the set, as it was baked, but of at most 8192 columns: it is read
- * once, and freed with the set. NULL, with a note the first time: it is not at
- * hand, or another file is; *why (NULL is fine) is the reason. */
-const ibl_image *view_set_source(const baked_set *set, const char **why);
+ * once, and freed with the set. NULL: it is not known, or, with a note the
+ * first time, another file is there or none. */
+const ibl_image *view_set_source(const baked_set *set);
 /* What the reference integrates: the map of the set, if it is at hand; else the
  * skybox if level 0 is rough; else level 0. */
 typedef enum view_environment {

@@ -16,10 +16,6 @@
 #include "engine/engine.h"
 #include "view/message.h"
 
-enum {
-    MAGIC = 12
-};
-
 bool view_is_model(const char *path)
 {
     const char *dot = strrchr(path, '.');
@@ -31,16 +27,16 @@ bool view_is_model(const char *path)
 /* Whether a file is a texture or JSON. */
 static bool is_of_set(const char *path)
 {
-    char head[MAGIC + 1] = "";
+    char head[12 + 1] = "";
     FILE *file = fopen(path, "rb");
-    const size_t got = file ? fread(head, 1, MAGIC, file) : 0;
+    const size_t got = file ? fread(head, 1, 12, file) : 0;
 
     if (file)
         fclose(file);
     return (got && ibl_engine_of_name(path)) ||
            head[strspn(head, " \t\r\n")] == '{' ||
-           !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", MAGIC) ||
-           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", MAGIC) ||
+           !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", 12) ||
+           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", 12) ||
            !memcmp(head, "DDS ", 4);
 }
 

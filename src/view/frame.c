@@ -34,24 +34,25 @@ void view_frame_camera(view_frame *f, const view_camera *c, int width,
 static void fill_set(view_frame *f, const baked_set *set)
 {
     const ibl_set_file *file = set->baked.file;
+    const ibl_set_file *chain = &file[IBL_CONTENT_SPECULAR];
+    const int lights = set->baked.light_count;
     const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
 
-    f->lod[0] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_scale;
-    f->lod[1] = (float)file[IBL_CONTENT_SPECULAR].facts.lod_offset;
-    f->lod[2] = (float)(file[IBL_CONTENT_SPECULAR].texture.levels - 1);
-    f->lod[3] = (float)file[IBL_CONTENT_SPECULAR].facts.mapping;
+    f->lod[0] = (float)chain->facts.lod_scale;
+    f->lod[1] = (float)chain->facts.lod_offset;
+    f->lod[2] = (float)(chain->texture.levels - 1);
+    f->lod[3] = (float)chain->facts.mapping;
     f->diffuse[0] = (float)file[IBL_CONTENT_IRRADIANCE].facts.irradiance_scale;
     f->diffuse[1] = (float)file[IBL_CONTENT_LUT].facts.geometry;
     for (int i = 0; i < terms; i++)
         copy3(f->sh[i], set->sh + 3 * i);
-    for (int i = 0; i < set->baked.light_count; i++) {
+    for (int i = 0; i < lights; i++) {
         copy3(f->disc_direction[i], set->baked.light[i].direction);
         copy3(f->disc_irradiance[i], set->baked.light[i].irradiance);
         f->disc_direction[i][3] = (float)set->baked.light[i].radius;
     }
-    f->reflection[2] = set->baked.light_count;
-    f->reflection[3] =
-        file[IBL_CONTENT_SKYBOX].texture.data ? 0 : set->baked.light_count;
+    f->reflection[2] = lights;
+    f->reflection[3] = file[IBL_CONTENT_SKYBOX].texture.data ? 0 : lights;
 }
 
 /* All levels have the same mean; this one has texels enough for it. */
@@ -82,6 +83,7 @@ static void fill_background(view_frame *f, const view_settings *s,
                             const baked_set *set)
 {
     const view_background kind = s->background;
+    const ibl_set_file *chain = &set->baked.file[IBL_CONTENT_SPECULAR];
     float *to = f->background;
 
     f->shading[2] =
@@ -96,38 +98,39 @@ static void fill_background(view_frame *f, const view_settings *s,
         to[0] = -1;
         to[1] = (float)s->blur;
     } else if (kind == VIEW_BACKGROUND_LEVEL) {
-        const int last =
-            set->baked.file[IBL_CONTENT_SPECULAR].texture.levels - 1;
+        const int last = chain->texture.levels - 1;
         const int level =
             s->background_level < last ? s->background_level : last;
         to[0] = (float)level;
-        to[1] =
-            (float)set->baked.file[IBL_CONTENT_SPECULAR].facts.roughness[level];
+        to[1] = (float)chain->facts.roughness[level];
     }
 }
 
 /* Chromium's F0: Real-Time Rendering, 4th edition, table 9.2. */
 static void fill_material(view_frame *f, const view_settings *s)
 {
-    static const view_material clay = {{0.5, 0.5, 0.5}, 0.04, 1},
-                               chrome = {{0.55, 0.556, 0.554}, 0.04, 1};
+    static const struct {
+        view_material material;
+        float roughness, metallic;
+    } overrides[] = {
+        [VIEW_CLAY] = {{{0.5, 0.5, 0.5}, 0.04, 1}, 0.6F, 0},
+        [VIEW_CHROME] = {{{0.55, 0.556, 0.554}, 0.04, 1}, 0.05F, 1}};
     const bool spheres = s->mode == VIEW_SPHERES;
-    const bool is_clay = !spheres && s->override == VIEW_CLAY;
-    const bool is_chrome = !spheres && s->override == VIEW_CHROME;
-    const view_material *m = is_clay     ? &clay
-                             : is_chrome ? &chrome
-                                         : &view_materials[s->material];
+    const bool fixed =
+        !spheres && (s->override == VIEW_CLAY || s->override == VIEW_CHROME);
+    const view_material *m =
+        fixed ? &overrides[s->override].material : &view_materials[s->material];
 
     copy3(f->metal, m->metal);
     for (int k = 0; k < 3; k++)
         f->plastic[k] = (float)m->dielectric_f0;
-    f->metal[3] = is_clay     ? 0.6F
-                  : is_chrome ? 0.05F
-                              : (float)(s->roughness[0] + s->roughness[1]) / 2;
     /* Those without a diffuse colour have the same F0 at both ends. */
-    f->plastic[3] = is_clay                    ? 0
-                    : is_chrome || !m->diffuse ? 1
-                                               : (float)s->metallic[1];
+    f->metal[3] = (float)(s->roughness[0] + s->roughness[1]) / 2;
+    f->plastic[3] = m->diffuse ? (float)s->metallic[1] : 1;
+    if (fixed) {
+        f->metal[3] = overrides[s->override].roughness;
+        f->plastic[3] = overrides[s->override].metallic;
+    }
     for (int k = 0; k < 2; k++) {
         f->ranges[k] = (float)s->metallic[k];
         f->ranges[2 + k] = (float)s->roughness[k];

@@ -140,8 +140,7 @@ bool view_gl_check(const char *where)
                      error);
 }
 
-/* ---- shaders --------------------------------------------------------------
- */
+/* ---- shaders ----------------------------------------------------------- */
 
 enum {
     LOG_BYTES = 4096
@@ -161,15 +160,12 @@ static void fail(const char *name, const char *log)
 /* Binds uniform blocks and samplers, which never changes. */
 static void bind(GLuint program)
 {
-    static const char *const blocks[] = {
-        [VIEW_BLOCK_FRAME] = "Frame",
-        [VIEW_BLOCK_ROOM] = "Room",
-        [VIEW_BLOCK_MATERIAL] = "Material",
-    };
+    static const char *const blocks[VIEW_BLOCKS] = {"Frame", "Room",
+                                                    "Material"};
 #define VIEW_SAMPLER(unit, name) name,
     static const char *const samplers[] = {VIEW_UNITS(VIEW_SAMPLER)};
 
-    for (GLuint i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+    for (GLuint i = 0; i < VIEW_BLOCKS; i++) {
         const GLuint block = gl.GetUniformBlockIndex(program, blocks[i]);
         if (block != GL_INVALID_INDEX)
             gl.UniformBlockBinding(program, block, i);
@@ -245,8 +241,18 @@ GLuint view_program(const char *defines, const char *vertex_file,
     return program;
 }
 
-/* ---- textures -------------------------------------------------------------
- */
+/* ---- textures ---------------------------------------------------------- */
+
+bool view_gl_takes(GLenum limit, int width, int height, const char *name)
+{
+    GLint most = 0;
+
+    gl.GetIntegerv(limit, &most);
+    return (width <= most && height <= most) ||
+           view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at "
+                     "most: make it smaller",
+                     name, width, height, (int)most, (int)most);
+}
 
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 {
@@ -256,17 +262,11 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
                                                     : GL_TEXTURE_2D;
     const ibl_pixel_numbers as = ibl_pixel_numbers_of(tex->pixel);
     GLuint texture = 0;
-    GLint most = 0;
 
-    gl.GetIntegerv(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
-                                   : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
-                   &most);
-    if (tex->width > most || tex->height > most) {
-        view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at most: "
-                  "bake it smaller",
-                  name, tex->width, tex->height, (int)most, (int)most);
+    if (!view_gl_takes(tex->faces == 1 ? GL_MAX_TEXTURE_SIZE
+                                       : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
+                       tex->width, tex->height, name))
         return 0;
-    }
     gl.GenTextures(1, &texture);
     gl.BindTexture(target, texture);
     for (int level = 0; level < tex->levels; level++) {
@@ -296,7 +296,7 @@ GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name)
 
 GLuint view_upload_map(const baked_set *set)
 {
-    const ibl_image *map = view_set_source(set, NULL);
+    const ibl_image *map = view_set_source(set);
 
     if (!map)
         return 0;
@@ -310,9 +310,10 @@ GLuint view_upload_map(const baked_set *set)
 GLuint view_float_image(GLenum format, int width, int height,
                         const float *texels)
 {
-    const GLint internal = format == GL_RED   ? GL_R32F
-                           : format == GL_RGB ? GL_RGB32F
-                                              : GL_RGBA32F;
+    const GLint internal = format == GL_RED    ? GL_R32F
+                           : format == GL_RGB  ? GL_RGB32F
+                           : format == GL_RGBA ? GL_RGBA32F
+                                               : GL_DEPTH_COMPONENT24;
     GLuint texture = 0;
 
     gl.GenTextures(1, &texture);
@@ -327,7 +328,7 @@ void view_image_free(view_image *i)
 {
     gl.DeleteFramebuffers(1, &i->framebuffer);
     gl.DeleteTextures(1, &i->texture);
-    gl.DeleteRenderbuffers(1, &i->depth);
+    gl.DeleteTextures(1, &i->depth);
     *i = (view_image){0};
 }
 
@@ -337,15 +338,12 @@ bool view_image_make(view_image *i, int width, int height)
         return true;
     view_image_free(i);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    i->depth = view_float_image(GL_DEPTH_COMPONENT, width, height, NULL);
     i->texture = view_float_image(GL_RGBA, width, height, NULL);
-    gl.GenRenderbuffers(1, &i->depth);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, i->depth);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width,
-                           height);
     gl.GenFramebuffers(1, &i->framebuffer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, i->framebuffer);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
-                               GL_RENDERBUFFER, i->depth);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
+                            i->depth, 0);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
                             i->texture, 0);
     if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
@@ -371,8 +369,7 @@ bool view_mean_add(const view_image *picture, float part, view_image *mean)
 
     if (!program || !view_image_make(mean, picture->width, picture->height))
         return false;
-    gl.BindFramebuffer(GL_FRAMEBUFFER, mean->framebuffer);
-    gl.Viewport(0, 0, mean->width, mean->height);
+    view_image_begin(mean);
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture->texture);
     gl.BlendColor(0, 0, 0, part);
     gl.BlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
@@ -384,8 +381,7 @@ bool view_mean_add(const view_image *picture, float part, view_image *mean)
     return true;
 }
 
-/* ---- pictures -------------------------------------------------------------
- */
+/* ---- pictures ---------------------------------------------------------- */
 
 void view_picture_flip(void *pixels, size_t row_bytes, int height)
 {
@@ -452,8 +448,7 @@ char *view_picture_name(const char *path, int number)
     return name;
 }
 
-/* ---- pictures in memory ---------------------------------------------------
- */
+/* ---- pictures in memory ------------------------------------------------ */
 
 /* From EGL/egl.h and eglext.h, which need not be installed, and GL/osmesa.h,
  * which cannot be included with GL/glcorearb.h. */
@@ -507,8 +502,7 @@ OSMESA_CALLS(POINTER)
 static const char *by = "GLFW";
 static void *display; /* EGL's, or NULL */
 static void *context; /* OSMesa's, or NULL */
-static unsigned char
-    *pixels; /* its framebuffer 0, RGBA, rows from the bottom */
+static void *pixels;  /* its framebuffer 0, RGBA, rows from the bottom */
 static view_gl_proc *(*get)(const char *name); /* its functions */
 
 const char *view_screen_by(void)
@@ -541,17 +535,14 @@ void view_screen_close(void)
 
 static bool open_device(void *device, int width, int height, bool software)
 {
-    static const int wanted[] = {
-        EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
-        EGL_OPENGL_BIT,   EGL_ALPHA_SIZE,  8,
-        EGL_NONE};
-    static const int core[] = {EGL_CONTEXT_MAJOR_VERSION,
-                               3,
-                               EGL_CONTEXT_MINOR_VERSION,
-                               3,
-                               EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                               1,
-                               EGL_NONE};
+    static const int wanted[][2] = {{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT},
+                                    {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT},
+                                    {EGL_ALPHA_SIZE, 8},
+                                    {EGL_NONE}};
+    static const int core[][2] = {{EGL_CONTEXT_MAJOR_VERSION, 3},
+                                  {EGL_CONTEXT_MINOR_VERSION, 3},
+                                  {EGL_CONTEXT_OPENGL_PROFILE_MASK, 1},
+                                  {EGL_NONE}};
     const int size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
     void *config, *made, *surface;
     int count = 0;
@@ -559,9 +550,9 @@ static bool open_device(void *device, int width, int height, bool software)
     display = eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, NULL);
     if (!display || !eglInitialize(display, NULL, NULL) ||
         !eglBindAPI(EGL_OPENGL_API) ||
-        !eglChooseConfig(display, wanted, &config, 1, &count) || !count)
+        !eglChooseConfig(display, *wanted, &config, 1, &count) || !count)
         return false;
-    made = eglCreateContext(display, config, NULL, core);
+    made = eglCreateContext(display, config, NULL, *core);
     surface = eglCreatePbufferSurface(display, config, size);
     return made && surface && eglMakeCurrent(display, surface, surface, made) &&
            view_gl_load(get) &&
@@ -595,19 +586,16 @@ static bool open_egl(void *library, int width, int height, bool software)
  * does not survive being unloaded. */
 static bool open_osmesa(void *library, int width, int height)
 {
-    static const int core[] = {OSMESA_PROFILE,
-                               OSMESA_CORE_PROFILE,
-                               OSMESA_CONTEXT_MAJOR_VERSION,
-                               3,
-                               OSMESA_CONTEXT_MINOR_VERSION,
-                               3,
-                               0};
+    static const int core[][2] = {{OSMESA_PROFILE, OSMESA_CORE_PROFILE},
+                                  {OSMESA_CONTEXT_MAJOR_VERSION, 3},
+                                  {OSMESA_CONTEXT_MINOR_VERSION, 3},
+                                  {0}};
     bool ok = find(library, "OSMesaGetProcAddress", &get);
 
 #define OSMESA_FIND(type, name, arguments)                                     \
     ok = ok && find(library, #name, &name);
     OSMESA_CALLS(OSMESA_FIND)
-    context = ok ? OSMesaCreateContextAttribs(core, NULL) : NULL;
+    context = ok ? OSMesaCreateContextAttribs(*core, NULL) : NULL;
     if (!context)
         return view_fail("this OSMesa has no OpenGL 3.3 core: update package "
                          "libosmesa6");

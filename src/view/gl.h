@@ -19,27 +19,25 @@
     X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
     X(BindBufferRange) X(BindFramebuffer) X(BindRenderbuffer) X(BindSampler)   \
     X(BindTexture) X(BindVertexArray) X(BlendColor) X(BlendFunc)               \
-    X(BlendFuncSeparate) X(BufferData) X(BufferSubData)     \
+    X(BlendFuncSeparate) X(BufferData) X(BufferSubData)                        \
     X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(ColorMask)              \
     X(CompileShader) X(CreateProgram) X(CreateShader) X(CullFace)              \
     X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram)                    \
-    X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)                   \
-    X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
-    X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawBuffer) X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
-    X(Finish) X(FramebufferRenderbuffer) X(FramebufferTexture2D)               \
-    X(FramebufferTextureLayer) X(FrontFace) X(GenBuffers) X(GenFramebuffers)   \
-    X(GenQueries) X(GenRenderbuffers) X(GenSamplers) X(GenTextures)            \
-    X(GenVertexArrays) X(GenerateMipmap) X(GetError) X(GetIntegerv)            \
-    X(GetProgramInfoLog) X(GetProgramiv) X(GetQueryObjectui64v)              \
-    X(GetShaderInfoLog) X(GetShaderiv) X(GetString)              \
+    X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader) X(DeleteTextures) \
+    X(DeleteVertexArrays) X(DepthFunc) X(DepthMask) X(Disable) X(DrawArrays)   \
+    X(DrawArraysInstanced) X(DrawElements) X(Enable)                           \
+    X(EnableVertexAttribArray) X(Finish) X(FramebufferRenderbuffer)            \
+    X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
+    X(GenBuffers) X(GenFramebuffers) X(GenQueries) X(GenRenderbuffers)         \
+    X(GenSamplers) X(GenTextures) X(GenVertexArrays) X(GenerateMipmap)         \
+    X(GetError) X(GetIntegerv) X(GetProgramInfoLog) X(GetProgramiv)            \
+    X(GetQueryObjectui64v) X(GetShaderInfoLog) X(GetShaderiv) X(GetString)     \
     X(GetTexImage) X(GetUniformBlockIndex) X(GetUniformLocation)               \
     X(LinkProgram) X(PixelStorei) X(QueryCounter) X(ReadPixels)                \
     X(RenderbufferStorage) X(SamplerParameteri) X(Scissor) X(ShaderSource)     \
-    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri)                  \
-    X(Uniform1i) X(Uniform2f) X(Uniform4f)       \
-    X(UniformBlockBinding) X(UseProgram) X(VertexAttrib4f)                     \
-    X(VertexAttribPointer) X(Viewport)
+    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1i)     \
+    X(Uniform2f) X(Uniform4f) X(UniformBlockBinding) X(UseProgram)             \
+    X(VertexAttrib4f) X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
 
 typedef struct view_gl {
@@ -80,15 +78,11 @@ double view_gl_time_end(void);
 /* False, with a message that begins with where, if OpenGL has an error. */
 bool view_gl_check(const char *where);
 
-/* ---- shaders --------------------------------------------------------------
- */
+/* ---- shaders ----------------------------------------------------------- */
 
-/* The build puts src/view/shaders into the program (build/gen/shaders.c). Lines
- * `#include "name.glsl"` put files, each once, before the one that has them.
- * Each shader begins with `#version 330 core`. Messages have the line in the
- * file that it is from. */
-
-/* The table that the build makes, ended by a NULL name. */
+/* What the build makes of src/view/shaders (build/gen/shaders.c), ended by a
+ * NULL name: lines `#include "name.glsl"` put files, each once, before the one
+ * that has them. Messages have the line in the file that it is from. */
 typedef struct view_shader_file {
     const char *name, *text;
 } view_shader_file;
@@ -114,9 +108,7 @@ enum {
 /* Replaces what is in the block's own buffer, and binds that. */
 void view_gl_block(int block, const void *data, size_t bytes);
 
-/* Texture units, and the names of their samplers: of the set, of the linear
- * picture and what it is compared with, of the reference, of the ground, of the
- * room, of captures, and of models (view/model.c). */
+/* Texture units, and the names of their samplers. */
 /* clang-format off */
 #define VIEW_UNITS(X)                                                          \
     X(VIEW_UNIT_SPECULAR, "specular_map")                                      \
@@ -158,36 +150,33 @@ typedef enum view_unit {
     VIEW_UNIT_COUNT
 } view_unit;
 
-/* ---- textures -------------------------------------------------------------
- */
+/* ---- textures ---------------------------------------------------------- */
 
-/* Uploads all levels of a texture, filtered linearly, between levels too, and
- * clamped to edges; binds it to the active unit.
- *   tex    without blocks: see ibl_texture_unblock
- *   cubes  true: as a cube map array; false: as a
- *          cube map or, with one face, as a 2D texture or array
- *   name   for messages
- * Returns 0, with a message, if OpenGL has no room for it. */
+/* Whether a texture is within GL_MAX_TEXTURE_SIZE or such; else a message. */
+bool view_gl_takes(GLenum limit, int width, int height, const char *name);
+/* Uploads all levels of a texture without blocks, filtered linearly, and binds
+ * it to the active unit: as a cube map or, with one face, a 2D texture or
+ * array; cubes: as a cube map array. name: for messages. 0, with a message:
+ * OpenGL has no room for it. */
 GLuint view_upload(const ibl_texture *tex, bool cubes, const char *name);
 
 /* Uploads the map of a set as an equirectangular picture of RGB floats, bound
  * to the active unit. 0: it is not at hand. */
 GLuint view_upload_map(const baked_set *set);
 
-/* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, that is read
- * texel by texel, on the active unit. layers of an array, 0: it is none. texels
+/* Makes a texture of 32-bit floats, GL_RED, GL_RGB or GL_RGBA, or of depth,
+ * GL_DEPTH_COMPONENT, that is read texel by texel, on the active unit. texels
  * NULL: undefined. */
 GLuint view_float_image(GLenum format, int width, int height,
                         const float *texels);
 
-/* A picture of RGBA floats to draw into; zeroed: not made yet. */
+/* A picture of RGBA floats to draw into, with depth; zeroed: not made yet. */
 typedef struct view_image {
-    GLuint texture, framebuffer, depth;
+    GLuint texture, depth, framebuffer;
     int width, height;
 } view_image;
 
-/* Makes it with a depth buffer, unless it has that size already. False, with a
- * message. */
+/* Makes it, unless it has that size already. False, with a message. */
 bool view_image_make(view_image *i, int width, int height);
 /* Binds it, with its viewport, and clears its depth buffer. */
 void view_image_begin(const view_image *i);
@@ -198,11 +187,10 @@ void view_image_free(view_image *i); /* zeroes it, too */
  * Leaves the mean bound for drawing, blending off. False, with a message. */
 bool view_mean_add(const view_image *picture, float part, view_image *mean);
 
-/* ---- pictures -------------------------------------------------------------
- */
+/* ---- pictures ---------------------------------------------------------- */
 
 /* Reads a framebuffer, 0 for the screen: 3 or 4 channels of 8 bits, rows from
- * the top, no padding; the caller must free it. */
+ * the top; the caller must free it. */
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height,
                                  int channels);
 /* Reverses the order of the rows. */
@@ -218,15 +206,12 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
  * must free it. */
 char *view_picture_name(const char *path, int number);
 
-/* ---- pictures in memory, without a display --------------------------------
- */
+/* ---- pictures in memory, without a display ----------------------------- */
 
-/* Makes an OpenGL 3.3 core context current whose framebuffer 0 has that size,
- * with alpha, and loads gl: by EGL on a GPU, else by OSMesa on the processor;
- * both are opened on demand. libraries: file names, ended by NULL, of EGL if
- * they begin so, which then draws on any device, or of OSMesa; NULL: the usual
- * ones. One screen at a time. False, with a message: no OSMesa, or no OpenGL
- * 3.3 core. */
+/* Makes a context of OpenGL 3.3 core current whose framebuffer 0 has that size,
+ * with alpha, and loads gl: by EGL on a GPU, else by OSMesa. libraries: file
+ * names, ended by NULL, of EGL, which then draws on any device, or of OSMesa;
+ * NULL: the usual ones. One screen at a time. False, with a message: none. */
 bool view_screen_memory(int width, int height, const char *const *libraries);
 void view_screen_close(void); /* also without one */
 

@@ -129,16 +129,12 @@ static GLuint texture_of(view_model *m, const ibl_scene *scene, int i,
 {
     const ibl_scene_image *image = &scene->images[i];
     GLuint *texture = &m->images[colour][i];
-    GLint most = 0;
 
     if (*texture)
         return *texture;
-    gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
-    if (image->width > most || image->height > most)
-        return view_fail("%s: %d x %d pixels, and this OpenGL takes %d x %d at "
-                         "most: make it smaller",
-                         image->name, image->width, image->height, (int)most,
-                         (int)most);
+    if (!view_gl_takes(GL_MAX_TEXTURE_SIZE, image->width, image->height,
+                       image->name))
+        return 0;
     gl.GenTextures(1, texture);
     gl.BindTexture(GL_TEXTURE_2D, *texture);
     gl.TexImage2D(GL_TEXTURE_2D, 0, colour ? GL_SRGB8_ALPHA8 : GL_RGBA8,
@@ -198,15 +194,14 @@ static bool make_material(view_model *m, const ibl_scene *scene, int i)
             continue;
         to->key |= 1 << slot;
         gl.GenSamplers(1, &to->sampler[slot]);
-        const GLint filters[4][2] = {
-            {GL_TEXTURE_WRAP_S, t->wrap_s},
-            {GL_TEXTURE_WRAP_T, t->wrap_t},
-            {GL_TEXTURE_MIN_FILTER,
-             t->filter_min ? t->filter_min : GL_LINEAR_MIPMAP_LINEAR},
-            {GL_TEXTURE_MAG_FILTER, t->filter_mag ? t->filter_mag : GL_LINEAR}};
-        for (int k = 0; k < 4; k++)
-            gl.SamplerParameteri(to->sampler[slot], (GLenum)filters[k][0],
-                                 filters[k][1]);
+        const GLuint sampler = to->sampler[slot];
+        const GLint min =
+            t->filter_min ? t->filter_min : GL_LINEAR_MIPMAP_LINEAR;
+        const GLint mag = t->filter_mag ? t->filter_mag : GL_LINEAR;
+        gl.SamplerParameteri(sampler, GL_TEXTURE_WRAP_S, t->wrap_s);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_WRAP_T, t->wrap_t);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, min);
+        gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, mag);
         to->texture[slot] = texture_of(m, scene, t->image, slots[slot].colour);
         if (!to->texture[slot])
             return false;
@@ -533,6 +528,16 @@ static int compare_order(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
+/* Draws the depth of what is opaque, and leaves the test of depth on. */
+static bool draw_depth(view_model *m, const view_lighting *light)
+{
+    gl.Enable(GL_DEPTH_TEST);
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    const bool ok = draw_all(m, false, true, light);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    return ok;
+}
+
 /* Depth first, so that each pixel is shaded once but for what is blended. */
 bool view_model_draw(view_model *m, const view_lighting *light,
                      const float eye[3])
@@ -544,15 +549,12 @@ bool view_model_draw(view_model *m, const view_lighting *light,
             d->distance2 += powf(d->middle[k] - eye[k], 2);
     }
     qsort(m->order, (size_t)m->draw_count, sizeof *m->order, compare_order);
-    gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL);
     for (GLuint i = TANGENT; i < COLOUR; i++)
         gl.VertexAttrib4f(i, 0, 0, 0, 0);
     gl.VertexAttrib4f(COLOUR, 1, 1, 1, 1);
     gl.Disable(GL_BLEND);
-    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    bool ok = draw_all(m, false, true, light);
-    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    bool ok = draw_depth(m, light);
     gl.DepthMask(GL_FALSE);
     ok = ok && draw_all(m, false, false, light);
     gl.Enable(GL_BLEND);
@@ -582,9 +584,7 @@ bool view_model_depth(view_model *m)
 {
     static const view_lighting none;
 
-    gl.Enable(GL_DEPTH_TEST);
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
-    const bool ok = draw_all(m, false, true, &none);
+    const bool ok = draw_depth(m, &none);
     gl.Disable(GL_DEPTH_TEST);
     gl.FrontFace(GL_CCW);
     return ok && view_gl_check("drawing the shadows");

@@ -49,8 +49,8 @@ bool view_subject_draw(const view_subject *s, view_image *picture);
 const view_pose *view_model_camera(const view_model *m, int i);
 /* Height of its lowest point below its middle, at radius 1. */
 double view_model_floor(const view_model *m);
-/* Draws the depth of what is opaque by the block "Frame". False, with a
- * message. */
+/* Draws the depth of what is opaque by the block "Frame" into the bound
+ * framebuffer, which has cleared depth. False, with a message. */
 bool view_model_depth(view_model *m);
 
 /* Names of materials, for reports: "" if the file has none; NULL: there are

@@ -34,10 +34,10 @@ struct view_renderer {
     view_model *model;            /* that was set, or NULL */
     view_image told;              /* of view_renderer_texel */
     bool knows_sun;               /* whether that is of the set */
-    ibl_light sun; /* the main one; irradiance 0: there is none */
-    GLuint depth_target, depth[2]; /* of the model from it, from below */
-    int samples;     /* of the reference per draw; 0: by the clock */
-    GLuint backdrop; /* the map of the set, or 0 */
+    ibl_light sun;       /* the main one; irradiance 0: there is none */
+    view_image depth[2]; /* of the model from it, from below */
+    int samples;         /* of the reference per draw; 0: by the clock */
+    GLuint backdrop;     /* the map of the set, or 0 */
     bool knows_backdrop;
     GLuint target;  /* framebuffer */
     view_area area; /* of the last draw; no width: nothing drawn yet */
@@ -175,8 +175,7 @@ enum {
  * out of its map, if that is at hand. */
 static void find_light(view_renderer *r, const baked_set *set)
 {
-    const ibl_image *map =
-        set->baked.light_count ? NULL : view_set_source(set, NULL);
+    const ibl_image *map = set->baked.light_count ? NULL : view_set_source(set);
     ibl_ctx *ctx = NULL;
     ibl_image copy;
     int count = set->baked.light_count;
@@ -318,32 +317,18 @@ static bool is_plain(const view_renderer *r)
 static bool draw_depths(view_renderer *r, const view_frame *f)
 {
     static const double below[3] = {0, -1, 0};
-    const bool made = r->depth[0];
     view_frame from = *f;
     bool ok = true;
 
-    if (!made) {
-        gl.GenFramebuffers(1, &r->depth_target);
-        gl.GenTextures(2, r->depth);
-    }
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->depth_target);
-    gl.DrawBuffer(GL_NONE);
-    gl.Viewport(0, 0, GROUND_EDGE, GROUND_EDGE);
+    memcpy(from.clip, f->ground_light, sizeof from.clip);
     for (int i = 0; i < 2 && ok; i++) {
-        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, r->depth[i]);
-        if (!made) {
-            gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, GROUND_EDGE,
-                          GROUND_EDGE, 0, GL_DEPTH_COMPONENT, GL_FLOAT, NULL);
-            view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-        }
-        if (i)
-            look_from(below, from.clip);
-        else
-            memcpy(from.clip, f->ground_light, sizeof from.clip);
+        view_image *map = &r->depth[i];
+        ok = view_image_make(map, GROUND_EDGE, GROUND_EDGE);
         view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
-        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
-                                GL_TEXTURE_2D, r->depth[i], 0);
-        ok = view_model_depth(r->model);
+        view_image_begin(map);
+        ok = ok && view_model_depth(r->model);
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, map->depth);
+        look_from(below, from.clip);
     }
     return ok;
 }
@@ -564,23 +549,19 @@ view_scene *view_renderer_stage(const view_renderer *r)
     return r->side[0].stage;
 }
 
-/* The side that is the reference, or NULL. */
-static const side *sampled(const view_renderer *r)
+const view_truth *view_renderer_truth(const view_renderer *r)
 {
     for (int i = 0; i < r->sides; i++)
-        if (view_wants_reference(&r->side[i].settings) && r->side[i].truth)
-            return &r->side[i];
+        if (view_wants_reference(&r->side[i].settings))
+            return r->side[i].truth;
     return NULL;
 }
 
 int view_renderer_samples(const view_renderer *r)
 {
-    return sampled(r) ? sampled(r)->truth->samples : 0;
-}
+    const view_truth *truth = view_renderer_truth(r);
 
-const char *view_renderer_environment(const view_renderer *r)
-{
-    return sampled(r) ? sampled(r)->truth->environment : NULL;
+    return truth ? truth->samples : 0;
 }
 
 void view_renderer_restart(view_renderer *r)
@@ -634,25 +615,24 @@ int view_renderer_parts(const view_renderer *r)
 
 const char *view_renderer_part(const view_renderer *r, int i)
 {
-    return r->side[0].settings.mode == VIEW_MODEL
-               ? view_model_material(r->model, i)
-               : "";
+    return view_model_material(r->model, i);
 }
 
 int view_renderer_errors(view_renderer *r, view_error *errors)
 {
     const int count = view_renderer_parts(r);
     const size_t pixels = (size_t)r->area.width * (size_t)r->area.height;
-    const side *of = sampled(r);
+    const view_truth *truth = view_renderer_truth(r);
     double factor = 0;
-    const GLuint second = of ? view_truth_second(of->truth, &factor) : 0;
+    const GLuint second = truth ? view_truth_second(truth, &factor) : 0;
 
     if (r->sides < 2)
         return 0;
     float *rgb = ibl_need(malloc(9 * pixels * sizeof *rgb));
     int *shown = ibl_need(malloc(pixels * sizeof *shown));
     const float *const pictures[4] = {
-        rgb, rgb + 3 * pixels, of == &r->side[0] ? rgb : rgb + 3 * pixels,
+        rgb, rgb + 3 * pixels,
+        truth && truth == r->side[0].truth ? rgb : rgb + 3 * pixels,
         second ? rgb + 6 * pixels : NULL};
     const bool ok =
         view_renderer_read(r, 0, rgb) &&

@@ -78,10 +78,9 @@ view_scene *view_renderer_stage(const view_renderer *r);
 /* Sets the samples of the reference per pixel and draw; 0 (default): as many as
  * keep a frame quick, which varies. */
 void view_renderer_pace(view_renderer *r, int samples);
-/* Samples per pixel of the reference; 0: the last draw had none. */
+/* The reference that the last draw had, or NULL, and its samples per pixel. */
+const view_truth *view_renderer_truth(const view_renderer *r);
 int view_renderer_samples(const view_renderer *r);
-/* What it integrates, as "level 0"; NULL: the last draw had none. */
-const char *view_renderer_environment(const view_renderer *r);
 /* Restarts the picture and the reference. */
 void view_renderer_restart(view_renderer *r);
 /* How many spheres, or materials of the model, there are, and the name of a

@@ -84,9 +84,9 @@ void view_report_print(view_renderer *r, const view_settings *s,
     for (int i = 0; i < 2; i++)
         view_report_side(s, i, set, other, sides[i], sizeof sides[i]);
     printf("relative RMSE of %s against %s", sides[0], sides[1]);
-    if (view_renderer_environment(r))
+    if (view_renderer_truth(r))
         printf(", %d samples a pixel of %s", view_renderer_samples(r),
-               view_renderer_environment(r));
+               view_renderer_truth(r)->environment);
     printf("\n   pixels   error of\n");
     for (int i = 0; i <= count; i++) {
         char part[64] = "(all)";

@@ -74,34 +74,6 @@ int view_grid(const view_settings *s,
     return s->rows * s->columns;
 }
 
-int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
-                  const double direction[3], double normal[3])
-{
-    double nearest = INFINITY;
-    int hit = -1;
-
-    for (int i = 0; i < count; i++) {
-        const view_sphere *p = &spheres[i];
-        double to[3], off[3];
-        for (int k = 0; k < 3; k++)
-            to[k] = p->centre[k] - eye[k];
-        const double along = dot3(to, direction);
-        for (int k = 0; k < 3; k++)
-            off[k] = along * direction[k] - to[k];
-        const double half2 = p->radius * p->radius - dot3(off, off);
-        if (half2 < 0)
-            continue;
-        const double half = sqrt(half2);
-        if (along - half <= 0 || along - half >= nearest)
-            continue;
-        nearest = along - half;
-        hit = i;
-        for (int k = 0; normal && k < 3; k++)
-            normal[k] = (off[k] - half * direction[k]) / p->radius;
-    }
-    return hit;
-}
-
 static const double degree = M_PI / 180;
 
 /* The distance that shows the spheres in the corners, and so all. axes: right,
@@ -123,58 +95,41 @@ static double fitting_distance(const view_settings *s, const double axes[3][3],
     return distance;
 }
 
-/* The picture holds what the file's does. */
-static view_camera camera_of_file(const view_pose *p, double ratio)
-{
-    const double tan_y =
-        tan(0.5 * p->yfov) * (p->aspect > 0 ? fmax(p->aspect / ratio, 1) : 1);
-    const double distance = sqrt(dot3(p->eye, p->eye));
-    view_camera c = {.near = fmax(distance - 1.01, 0.01),
-                     .far = distance + 1.01};
-
-    for (int k = 0; k < 3; k++) {
-        c.eye[k] = p->eye[k];
-        c.forward[k] = -p->axes[2][k];
-        c.right[k] = tan_y * ratio * p->axes[0][k];
-        c.up[k] = tan_y * p->axes[1][k];
-    }
-    return c;
-}
-
 view_camera view_camera_of(const view_settings *s, int width, int height)
 {
-    const double yaw = s->yaw * degree, pitch = s->pitch * degree;
-    const double tan_y = tan(0.5 * s->fov * degree);
-    const double tan_x = tan_y * width / height;
     const bool model = s->mode == VIEW_MODEL;
-    const double axes[3][3] = {
+    const view_pose *file = model ? s->pose : NULL;
+    const double yaw = s->yaw * degree, pitch = s->pitch * degree;
+    const double orbit[3][3] = {
         {cos(yaw), 0, -sin(yaw)},
         {-sin(yaw) * sin(pitch), cos(pitch), -cos(yaw) * sin(pitch)},
         {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
+    const double(*axes)[3] = file ? file->axes : orbit;
+    double tan_y = tan(0.5 * (file ? file->yfov : s->fov * degree));
+    /* The picture holds what the file's does. */
+    if (file && file->aspect > 0)
+        tan_y *= fmax(file->aspect * height / width, 1);
+    const double tan_x = tan_y * width / height;
     /* That shows a sphere of radius 1. */
     const double across = (1 - 2 * s->border) * fmin(tan_x, tan_y);
-    const double distance = s->distance > 0 ? s->distance
-                            : model         ? sqrt(1 + 1 / (across * across))
+    const double distance = file              ? sqrt(dot3(file->eye, file->eye))
+                            : s->distance > 0 ? s->distance
+                            : model           ? sqrt(1 + 1 / (across * across))
                                     : fitting_distance(s, axes, tan_x, tan_y);
-    view_camera c = {.near = 0.01, .far = 1000 + 2 * distance};
+    view_camera c = {
+        .near = model ? fmax(distance - 1.01, 0.01) : 0.01,
+        .far = model ? distance + 1.01 : 1000 + 2 * distance,
+        .shift = {2 * s->pixel[0] / width, 2 * s->pixel[1] / height}};
 
     for (int k = 0; k < 3; k++) {
-        c.eye[k] = distance * axes[2][k];
+        /* The point of the pan is in the middle. */
+        const double pan = s->pan[0] * axes[0][k] - s->pan[1] * axes[1][k];
+        c.eye[k] =
+            file ? file->eye[k] : distance * axes[2][k] + model * 2 * pan;
         c.forward[k] = -axes[2][k];
         c.right[k] = tan_x * axes[0][k];
         c.up[k] = tan_y * axes[1][k];
-        /* The point of the pan is in the middle. */
-        c.eye[k] +=
-            model * 2 * (s->pan[0] * axes[0][k] - s->pan[1] * axes[1][k]);
     }
-    if (model) {
-        c.near = fmax(distance - 1.01, 0.01);
-        c.far = distance + 1.01;
-    }
-    if (model && s->pose)
-        c = camera_of_file(s->pose, (double)width / height);
-    c.shift[0] = 2 * s->pixel[0] / width;
-    c.shift[1] = 2 * s->pixel[1] / height;
     return c;
 }
 
@@ -196,17 +151,6 @@ void view_camera_matrix(const view_camera *c, double matrix[16])
         rows[i][3] = -dot3(rows[i], c->eye) + (i == 2 ? b : 0);
     for (int i = 0; i < 16; i++)
         matrix[i] = rows[i % 4][i / 4];
-}
-
-void view_camera_ray(const view_camera *c, int width, int height, double x,
-                     double y, double direction[3])
-{
-    const double u = 2 * (x + 0.5) / width - 1 + c->shift[0];
-    const double v = 1 - 2 * (y + 0.5) / height + c->shift[1];
-
-    for (int k = 0; k < 3; k++)
-        direction[k] = c->forward[k] + u * c->right[k] + v * c->up[k];
-    normalise3(direction);
 }
 
 void view_turn(double turn_deg, const double world[3], double env[3])

@@ -46,13 +46,6 @@ typedef struct view_camera {
 view_camera view_camera_of(const view_settings *s, int width, int height);
 /* World to clip space, column-major. */
 void view_camera_matrix(const view_camera *c, double matrix[16]);
-/* Unit direction through the centre of pixel (x, y), row 0 on top. */
-void view_camera_ray(const view_camera *c, int width, int height, double x,
-                     double y, double direction[3]);
-/* Index of the nearest sphere along the ray, and its normal at the hit; -1:
- * none. normal may be NULL. */
-int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
-                  const double direction[3], double normal[3]);
 /* Turns a direction of the world into the frame of an environment that is
  * turned by turn_deg; -turn_deg turns it back. */
 void view_turn(double turn_deg, const double world[3], double env[3]);

@@ -11,8 +11,7 @@
 #include "view/message.h"
 #include "view/settings.h"
 
-/* ---- the table of lights ---------------------------------------------------
- */
+/* ---- the table of lights ----------------------------------------------- */
 
 /* Least share of the light above the mean that the table is made for: less is
  * rounding in an even environment, and would only add noise. */
@@ -80,8 +79,7 @@ void view_aim_free(view_aim *aim)
     *aim = (view_aim){0};
 }
 
-/* ---- samples ---------------------------------------------------------------
- */
+/* ---- samples ----------------------------------------------------------- */
 
 /* Most samples of a draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
@@ -185,12 +183,10 @@ bool view_truth_draw(view_truth *t, const view_frame *frame,
         gl.Finish();
         /* By a factor of 2, since a frame also has fixed costs. */
         const double took = ibl_now() - start;
-        t->by_clock = took < quick_seconds  ? 2 * samples
-                      : took > slow_seconds ? samples / 2
-                                            : samples;
-        t->by_clock = t->by_clock < 1               ? 1
-                      : t->by_clock > MOST_BY_CLOCK ? MOST_BY_CLOCK
-                                                    : t->by_clock;
+        if (took < quick_seconds && samples <= MOST_BY_CLOCK / 2)
+            t->by_clock = 2 * samples;
+        else if (took > slow_seconds && samples > 1)
+            t->by_clock = samples / 2;
     }
     return true;
 }
@@ -203,8 +199,7 @@ GLuint view_truth_second(const view_truth *t, double *factor)
     return *factor > 0 ? t->second.texture : 0;
 }
 
-/* ---- errors ----------------------------------------------------------------
- */
+/* ---- errors ------------------------------------------------------------ */
 
 double view_error_rmse(view_error e)
 {

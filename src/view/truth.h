@@ -47,32 +47,20 @@ void view_truth_free(view_truth *t); /* NULL is fine */
  */
 bool view_truth_draw(view_truth *t, const view_frame *frame,
                      const view_subject *seen, int samples);
-/*
- * The mean of every second pass, for the noise of the mean of all: of N
- * independent samples, M of them in these passes, the variance of the
- * difference of both means is that of one sample times 1 / M - 1 / N, so the
- * squared difference times *factor = M / (N - M) is an estimate of the variance
- * of the mean of all. Sequences are more even than that: the noise is less. 0:
- * there was one pass.
- */
+/* The mean of every second pass, M of all N samples. Of independent ones its
+ * squared difference from the mean of all, times *factor = M / (N - M), is an
+ * estimate of the variance of that. Sequences are more even: the noise is less.
+ * 0: there was one pass. */
 GLuint view_truth_second(const view_truth *t, double *factor);
 
-/* ---- its table of lights ---------------------------------------------------
- */
+/* ---- its table of lights ----------------------------------------------- */
 
 /*
- * A table to draw directions from, where an environment is brighter than its
- * mean.
- *
  * Samples of a rough lobe rarely hit a small sun, and then count too much. So
- * some directions are drawn from the environment, and both kinds are combined
- * by multiple importance sampling (Veach and Guibas 1995), with the mean
- * subtracted from the environment before (Karlik et al. 2019, "MIS
- * Compensation").
- *
- * A map is divided into cells, its pixels if they are few enough, whose chances
- * are proportional to their light above the mean. A direction is a random place
- * in a random cell.
+ * some directions are drawn from the map, and both kinds are combined by
+ * multiple importance sampling (Veach and Guibas 1995). A direction is a random
+ * place in a random cell, a pixel if they are few enough, by its light above
+ * the mean (Karlik et al. 2019, "MIS Compensation").
  *
  * Chances are multiples of 1 / VIEW_AIM_TOKENS. A random token names a cell:
  * drawing is one lookup and the chance is exact. Neighbouring tokens belong to

@@ -8,16 +8,11 @@ uniform vec4 target; // the face, its edge, two numbers of the pass
 
 layout(location = 0) out vec4 colour;
 
-// Place of the texel on its face, -1..1.
-vec2 texel_place()
-{
-    return 2.0 * gl_FragCoord.xy / target.y - 1.0;
-}
-
 // Not normalised.
 vec3 texel_direction()
 {
-    return face_direction(int(target.x), texel_place());
+    return face_direction(int(target.x),
+                          2.0 * gl_FragCoord.xy / target.y - 1.0);
 }
 
 // Tangents of the unit direction n; t points along the face's rows.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Uniform block of view/frame.h: the same members in the same order. The ray of
-// a pixel and the rotation of the environment, like view_camera_ray and
-// view_turn of view/sphere_grid.h.
+// a pixel and, like view_turn, the rotation of the environment.
 #include "ibl.glsl"
 
 layout(std140) uniform Frame {

@@ -128,10 +128,10 @@ vec3 backdrop_cube(vec3 d)
 
 // By a cubic B-spline of 4 x 4 texels, whose steps are not seen where they are
 // larger than pixels; two weights of a row are one linear lookup.
-vec3 backdrop_smooth(vec2 at)
+vec3 backdrop_of_map(vec3 d)
 {
     vec2 size = vec2(textureSize(backdrop_map, 0));
-    vec2 p = at * size - 0.5, f = fract(p), g = 1.0 - f;
+    vec2 p = place_in_map(d) * size - 0.5, f = fract(p), g = 1.0 - f;
     vec2 low = g * g * g / 6.0, high = f * f * f / 6.0;
     vec2 left = low + 0.5 * f * f * (f - 2.0) + 2.0 / 3.0;
     vec2 right = 1.0 - left;
@@ -141,9 +141,4 @@ vec3 backdrop_smooth(vec2 at)
                    textureLod(backdrop_map, vec2(a.x, b.y), 0.0).rgb, left.x),
                mix(textureLod(backdrop_map, vec2(b.x, a.y), 0.0).rgb,
                    textureLod(backdrop_map, a, 0.0).rgb, left.x), left.y);
-}
-
-vec3 backdrop_of_map(vec3 d)
-{
-    return backdrop_smooth(place_in_map(d));
 }
