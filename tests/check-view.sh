@@ -110,12 +110,6 @@ test_models() {
     same a.png again.png
     same c.png "$work/first.png"
     differ a.png b.png
-    for with in '--pan 0.2,0' '--distance 2' '--yaw 40' '--turn 90' \
-        '--reflection reference'; do
-        taken || continue
-        draw d.png "$work/ktx2" --model a.gltf $with -q
-        differ a.png d.png
-    done
     iblview "$work/ktx2" --model b.gltf --offscreen d.png $small \
         --compare split --samples 16 >said
     grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
@@ -215,37 +209,22 @@ test_panel_and_other_set() {
 test_scene() {
     local scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene
-    draw a.png "$work/ktx2" $scene --probe-capture faces
-    same scene.png a.png
-    draw a.png "$work/ktx2" $scene --probes 64
-    differ scene.png a.png
     # A model stands where the mirror was.
     make_scene a '[{}]'
     draw a.png "$work/ktx2" $scene --model a.gltf
     differ scene.png a.png
     wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100
-    wrong 2 '*--probes 65: *0 to 64*' "$work/ktx2" --probes 65
-    wrong 2 '*--size +64x64: not a value*' "$work/ktx2" --size +64x64
-    wrong 2 '*--probes 2: *leave --probe-set out' "$work/ktx2" $scene \
-        --probe-set x.json --probes 2 --offscreen a.png
-    wrong 1 '*none.json: cannot be read*' "$work/ktx2" $scene \
-        --probe-set none.json --offscreen a.png
 }
 
 # Two states, by options, by the name of a reflection, or not at all.
 test_against() {
     local to='--offscreen a.png --size 64x48'
-    draw a.png "$work/ktx2" -q --against '--diffuse sh --no-multiscatter'
-    draw b.png "$work/ktx2" -q --against fit
-    differ a.png b.png
     iblview "$work/ktx2" $to --against fit | head -n 1 |
         grep -qx 'relative RMSE of reflection split against reflection fit' ||
         echo 'the sides are not named'
     wrong 2 '*--against: --reflection bogus: *split*' "$work/ktx2" $to --against bogus
     wrong 2 '*--against: --yaw 3: is the same for both sides' "$work/ktx2" \
         $to --against '--yaw 3'
-    wrong 2 '*--against: --level 1: is of --mode levels' "$work/ktx2" $to \
-        --against '--level 1'
     wrong 2 '*--compare: a state with itself*' "$work/ktx2" $to \
         --against split
 }
@@ -340,46 +319,27 @@ test_misuse() {
     wrong 2 '*env.exr: is both input and output: *' env.exr --offscreen env.exr
     wrong 2 '*twice*' "$work/ktx2" twice
     wrong 2 '*--frobnicate*unknown*--help' --frobnicate x
-    wrong 2 '*--level*has no value*' "$work/ktx2" --level
-    wrong 2 '*--level 15*0 to 14' "$work/ktx2" --level 15
-    wrong 2 '*--ev x*-30 to 30' "$work/ktx2" --ev x
-    wrong 2 '*--tone filmic*linear, reinhard, aces, neutral or agx' x --tone filmic
     wrong 2 '*--material mud*it takes gold, *' x --material mud
     wrong 2 '*--size 0x9*' x --size 0x9
     wrong 2 '*--grid 17x1*16x16' x --grid 17x1
     wrong 2 '*--metallic 0:2*' x --metallic 0:2
     wrong 2 '*--light: is no more: --lights*' x --light 1,2,3,1,1,1
-    wrong 2 '*--ground=1*takes no value*' x --ground=1
     wrong 2 '*--offscreen*.png*' x --offscreen ''
     wrong 2 '*--offscreen a.jpg: *.png*.exr*' x --offscreen a.jpg
     wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
-    wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
     wrong 2 '*--samples 2: only with*' x --samples 2 --reflection reference
     wrong 2 '*--samples 2: *reference*' x --samples 2 --offscreen a.png
-    wrong 2 '*--panel: only with*' x --panel --contact-sheet a.png
-    wrong 2 '*--panel: linear*' x --panel --offscreen a.exr
     wrong 2 '*--contact-sheet*spheres and levels' x --mode table \
         --contact-sheet a.png
-    wrong 2 '*--material gold: a sheet has all*' x --material gold \
-        --contact-sheet a.png
-    wrong 2 '*--quiet and --stats*' x -q --stats
     wrong 2 '*--frames: is no more*' x --frames 2
 }
 
 test_missing_and_wrong_files() {
     local to='--offscreen a.png'
     wrong 1 '*nowhere*' nowhere $to
-    echo text >text
-    wrong 1 '*text*' text $to
-    head -c 100 "$work/ktx2/env_specular.ktx2" >cut.ktx2
-    wrong 1 '*cut.ktx2*' cut.ktx2 $to
-    wrong 1 '*brdf_lut.ktx2*' "$work/ktx2" $to \
-        --irradiance "$work/ktx2/brdf_lut.ktx2"
     iblbake -q --only lut --lut-kind charlie --lut-size 4 -o kinds
     wrong 1 '*of kind charlie*split*' "$work/ktx2" $to \
         --lut kinds/brdf_lut_charlie.ktx2
-    wrong 1 '*--level 14*0 to 1' "$work/ktx2" --mode levels --level 14 $to
-    wrong 1 '*--lut*baked files' env.exr --lut x $to
 }
 
 test_unwritable_outputs() {
@@ -413,7 +373,6 @@ test_nothing_half_written() {
 
 test_no_display() {
     wrong 1 '*--offscreen*' "$work/ktx2"
-    wrong 1 '*--offscreen*' env.exr
     # What is wrong with a display, too, comes first.
     wrong 1 '*nowhere*' nowhere
     wrong 1 '*--lut*baked files' env.exr --lut x
