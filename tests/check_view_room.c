@@ -251,40 +251,6 @@ static ibl_bake_result library(void)
     return map_bake(rig.ctx, &map, &o);
 }
 
-/* ---- skies --------------------------------------------------------------- */
-
-/* Squares of a colour for each face and, before them, a disc that shines. */
-typedef struct bright {
-    const char *what;
-    double towards[3]; /* its middle */
-    double radius;
-    float radiance;
-    double bound; /* nRMSE */
-} bright;
-
-static bool shines(const bright *p, const double d[3])
-{
-    return test_dot(d, p->towards) >
-           sqrt(test_dot(p->towards, p->towards)) * cos(p->radius);
-}
-
-static void bright_texel(void *cookie, const double d[3], float rgba[4])
-{
-    static const float walls[3][3] = {
-        {0.9F, 0.1F, 0.1F}, {0.1F, 0.8F, 0.2F}, {0.1F, 0.2F, 0.9F}};
-    const double most = fmax(fmax(fabs(d[0]), fabs(d[1])), fabs(d[2]));
-    const int axis = fabs(d[0]) >= most ? 0 : fabs(d[1]) >= most ? 1 : 2;
-    const bright *p = cookie;
-    int odd = d[axis] > 0;
-
-    for (int k = 1; k < 3; k++)
-        odd += (int)floor(4 * d[(axis + k) % 3] / most);
-    for (int k = 0; k < 3; k++)
-        rgba[k] =
-            shines(p, d) ? p->radiance : walls[axis][k] * (odd % 2 ? 1 : 0.6F);
-    rgba[3] = 1;
-}
-
 /* ---- filtering --------------------------------------------------------- */
 
 /* As far as half floats hold it. */
@@ -315,42 +281,25 @@ TEST(a_constant_stays)
     }
 }
 
-static void near_library(const bright *p)
-{
-    room_capture_sky(rig.on, room_cube(256, bright_texel, (void *)p));
-    read_back();
-    const ibl_bake_result truth = library();
-    printf("%s: nRMSE of levels", p->what);
-    for (int l = 1; l < rig.cube.levels; l++) {
-        const double e = cube_nrmse(&rig.cube, &truth.specular, l);
-        printf(" %.4f", e);
-        CHECK_MSG(e < p->bound, "%s, level %d: %g", p->what, l, e);
-    }
-    const double e = cube_nrmse(&rig.irradiance, &truth.irradiance, 0);
-    printf(", irradiance %.4f\n", e);
-    CHECK_MSG(e < p->bound, "%s, irradiance: %g", p->what, e);
-}
-
+/* Of the room, whose lamp is far brighter than its walls: near it, and in a
+ * corner. */
 TEST(levels_are_the_librarys)
 {
-    begin(64);
-    near_library(&(bright){"even", {1, 1, 1}, 0, 0, 0.02});
-}
-
-/* In the middle of a face, on an edge, in a corner, and between these. */
-TEST_SLOW(levels_with_panels)
-{
-    static const bright cases[] = {
-        {"middling, edge, 50", {1, 1, 0.013}, 0.25, 50, 0.05},
-        {"large, middle, 50", {1, 0.02, 0.01}, 0.6, 50, 0.035},
-        {"small, corner, 1000", {1, 1, -1}, 0.06, 1000, 0.12},
-        {"middling, aside, 1000", {0.2, 1, 0.55}, 0.25, 1000, 0.05},
-        {"tiny, middle, 1000", {1, 0.02, 0.01}, 0.02, 1000, 0.13},
-    };
+    static const double corner[3] = {-3.1, 0.7, 2.3};
 
     begin(64);
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        near_library(&cases[i]);
+    for (int i = 0; i < 2; i++) {
+        room_capture_update(rig.on);
+        read_back();
+        const ibl_bake_result truth = library();
+        for (int l = 1; l < rig.cube.levels; l++) {
+            const double e = cube_nrmse(&rig.cube, &truth.specular, l);
+            CHECK_MSG(e < (l == 1 ? 0.04 : 0.015), "%d, level %d: %g", i, l, e);
+        }
+        const double e = cube_nrmse(&rig.irradiance, &truth.irradiance, 0);
+        CHECK_MSG(e < 0.01, "%d, irradiance: %g", i, e);
+        memcpy(lit.draw.camera.eye, corner, sizeof corner);
+    }
 }
 
 /* ---- where local probes are ---------------------------------------------- */

@@ -5,7 +5,6 @@
 
 #include <stdbool.h>
 
-#include "ibl/probes.h"
 #include "test.h"
 #include "view/app.h"
 #include "view/gl.h"
@@ -44,12 +43,5 @@ const char *view_test_caught(void);
 /* Green 2011, eq. 2: the sRGB-encoded false colour of -VIEW_STOPS .. VIEW_STOPS
  * stops from middle grey. */
 void view_test_false_colour(double stops, double srgb[3]);
-
-/* A point of a volume, often on its border, its edges and its corners. */
-void view_test_point_of(test_random *r, const ibl_volume *v, double p[3]);
-/* The pixel in which a point is seen by a matrix to clip space; false: out of
- * the picture. */
-bool view_test_pixel(const double clip[16], int width, int height,
-                     const double p[3], int pixel[2]);
 
 #endif
