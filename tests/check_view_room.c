@@ -360,8 +360,7 @@ TEST(levels_of_roughness)
     make_probes(1, false);
     memcpy(lit.colour[0], (float[4]){0, 0.25F, 0, 1}, sizeof lit.colour[0]);
     lit_probes(probes, 1, false);
-    gl.GenTextures(1, &lit.draw.locals.specular);
-    view_gl_bind(0, array, lit.draw.locals.specular);
+    lit.draw.locals.specular = room_texture(array);
     view_gl_filter(array, GL_LINEAR, 2);
     for (int level = 0; level < 2; level++) {
         for (int i = 0; i < IBL_FACES * 4; i++)

@@ -143,17 +143,14 @@ TEST(grid_fits)
 TEST(turns)
 {
     const double d[3] = {0.6, 0.48, 0.64};
-    double e[3], back[3];
+    double e[3];
 
     view_turn(90, (const double[3]){1, 0, 0}, e);
     CHECK_NEAR(e[0], 0, 1e-15);
     CHECK_NEAR(e[2], 1, 1e-15);
     for (double a = -400; a < 400; a += 37) {
         view_turn(a, d, e);
-        view_turn(-a, e, back);
         CHECK_NEAR(test_dot(d, e),
                    d[1] * d[1] + (1 - d[1] * d[1]) * cos(a * degree), 1e-12);
-        for (int k = 0; k < 3; k++)
-            CHECK_NEAR(back[k], d[k], 1e-12);
     }
 }

@@ -190,10 +190,6 @@ TEST_SLOW(locals_are_spread_over_frames)
         draw(1);
         on.s.parallax = VIEW_PARALLAX_BOX;
     }
-    on.s.parallax = VIEW_PARALLAX_NONE;
-    on.s.spread = false;
-    draw(1);
-    CHECK(memcmp(rgb, first, sizeof first));
 }
 
 /* ---- what stands in place of the mirror -----------------------------------

@@ -282,9 +282,10 @@ void room_stage_begin(room_stage *on, int width, int height,
 
 float *room_stage_draw(room_stage *on)
 {
-    on->anew = false;
+    bool anew = false;
+
     if (!view_scene_update(on->stage, &on->s, &on->environment, on->table,
-                           on->guest, &on->anew) ||
+                           on->guest, &anew) ||
         !view_scene_draw(on->stage, &on->s, &on->image))
         return NULL;
     return room_image_read(&on->image);

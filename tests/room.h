@@ -37,9 +37,9 @@ void room_weights(const view_room_draw *d, const double point[3],
 GLuint room_texture(GLenum target);
 /* A cube of one level, RGBA32F: a function of each texel's unit direction. */
 typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
-/* All faces, one after the other; from test_alloc. */
-float *room_faces(int size, room_texel *texel, void *cookie);
 GLuint room_cube(int size, room_texel *texel, void *cookie);
+/* Its faces, one after the other; from test_alloc. */
+float *room_faces(int size, room_texel *texel, void *cookie);
 /* The same everywhere. */
 GLuint room_cube_of(float r, float g, float b, float a);
 
@@ -67,7 +67,6 @@ typedef struct room_stage {
     GLuint table;
     view_model *guest;
     view_image image;
-    bool anew; /* what the last draw was told */
 } room_stage;
 
 /* Opens a screen of that size, too, for the running test. */

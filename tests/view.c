@@ -54,11 +54,6 @@ void view_test_begin(int width, int height)
         test_skip("%.*s", (int)strcspn(said, "\n"), said);
 }
 
-const char *view_test_about(void)
-{
-    return (const char *)gl.GetString(GL_RENDERER);
-}
-
 const char *view_test_shader(const char *name)
 {
     const view_shader_file *f = view_shader_files;

@@ -14,8 +14,6 @@
  * sanitizer. */
 void view_test_begin(int width, int height);
 void view_test_close(void); /* also without a screen */
-/* The renderer of OpenGL. */
-const char *view_test_about(void);
 
 /* The text of one of the viewer's shaders. */
 const char *view_test_shader(const char *name);
