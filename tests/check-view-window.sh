@@ -153,9 +153,7 @@ test_states() {
         same state.png off.png "$acts"
         press Home
     done <<'END'
-key e key e|--ev 0.5
 key t key m key bracketright|--tone agx --mode levels --level 1
-key C key d|--against '--diffuse map' --diffuse auto
 mousedown 3 mousemove_relative 109 0 mouseup 3|--turn 90
 mousedown 1 mousemove_relative 20 0 mousemove_relative 20 0 mousemove_relative 20 0 mouseup 1 mousemove_relative 30 30|--yaw -49.541284403669728
 END
@@ -165,18 +163,6 @@ END
     press Home
     snap again.png
     same again.png first.png 'after Home'
-}
-
-# The list of keys, the panel, and why a key changes nothing.
-test_shown_until_escape() {
-    local key
-    for key in question P o; do
-        press $key
-        away
-        within not_shown first.png || echo "$key shows nothing"
-        press Escape
-        on_screen first.png
-    done
 }
 
 # No picture is written over another one.
@@ -248,11 +234,6 @@ test_drop() {
     sleep 2
     rm large.hdr
     shows 'env | '
-    desktop "$window" drop "file://$work/bin/mkenv"
-    within grep -q 'mkenv' said || echo "says nothing: $(cat said)"
-    still off.png --size 320x240 baked
-    snap kept.png
-    same kept.png off.png 'after something else was dropped'
 }
 
 test_quit() {
@@ -294,20 +275,6 @@ test_baked_probes() {
     quits
 }
 
-# Arrows through the maps of a folder.
-test_folder() {
-    mkdir folder
-    cp env.exr folder/a.exr
-    cp sun.hdr folder/b.hdr
-    open folder/a.exr || return
-    shows 'a | '
-    press Next
-    shows 'b | '
-    press Next
-    shows 'a | '
-    quits
-}
-
 # A key shows the next layer, up to the last.
 test_arrays() {
     two
@@ -324,14 +291,19 @@ test_arrays() {
     quits
 }
 
-# A map is baked beside the window; it can be closed meanwhile.
-test_map() {
-    open env.exr || return
-    shows 'env | '
-    still map.png --size 320x240 env.exr
+# Maps of a folder, by arrows, are baked beside the window; it can be closed
+# meanwhile.
+test_maps_of_a_folder() {
+    mkdir folder
+    cp env.exr folder/a.exr
+    cp sun.hdr folder/b.hdr
+    open folder/b.hdr || return
+    shows 'b | '
+    press Next
+    shows 'a | '
+    still map.png --size 320x240 folder/a.exr
     on_screen map.png
-    quits
-    open env.exr || return
+    press Next
     quits
 }
 
@@ -389,8 +361,8 @@ verdict 'bakes' "$(baked env.exr)"
 start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
-    run states shown_until_escape pictures_are_kept texel_under_the_pointer \
-        panel resize drop quit baked_probes folder arrays map stalled_pipe \
+    run states pictures_are_kept texel_under_the_pointer \
+        panel resize drop quit baked_probes arrays maps_of_a_folder stalled_pipe \
         fine_display
 fi
 stop_server

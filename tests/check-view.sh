@@ -8,15 +8,12 @@ slow='scene|models_of_others|sheets|stats'
 use_viewer
 # With a sanitizer most of each run is the start of OpenGL, so these are left
 # out: their calls are those of other tests, and only their pictures differ.
-repeats='same_bytes|containers_look|samples'
+repeats='same_bytes|samples'
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
-for format in ktx2 ktx dds; do
-    $bake -o "$work/$format" --format $format --skybox 32 || exit 1
-done
+$bake -o "$work/ktx2" --skybox 32 || exit 1
 small='--size 48x36'
-near() { node "$work/bin/png.mjs" "$@"; } # PNG PNG MOST MEAN, of 255
 
 iblview "$work/ktx2" --offscreen "$work/first.png" $small 2>"$work/err"
 need_pictures "$work/err"
@@ -40,27 +37,6 @@ test_same_bytes_in_every_run() {
     draw b.png "$work/ktx2"
     same a.png b.png
     [ "$(size a.png)" = '48 x 36' ] || size a.png
-    draw a.png "$work/ktx2" --reflection reference -q
-    draw b.png "$work/ktx2" --reflection reference -q
-    same a.png b.png
-}
-
-# Every container holds the same; blocks of texels are off by some percent.
-test_containers_look_the_same() {
-    local format
-    draw a.png "$work/ktx2" -q
-    for format in ktx2 ktx dds; do
-        draw b.png "$work/$format" -q
-        same a.png b.png
-        [ $sanitized = no ] || [ $format = ktx2 ] || continue
-        $bake -o $format --pixel bc6h --format $format --skybox 32
-        draw $format.png $format -q
-        near a.png $format.png 16 3
-        differ a.png $format.png
-        same ktx2.png $format.png
-    done
-    draw b.png "$work/dds/env_specular.dds" -q
-    same a.png b.png
 }
 
 # The world is upright whatever the axes of the files are, by their keys or by the
@@ -110,12 +86,6 @@ test_models() {
     same a.png again.png
     same c.png "$work/first.png"
     differ a.png b.png
-    for with in '--pan 0.2,0' '--distance 2' '--yaw 40' '--turn 90' \
-        '--reflection reference'; do
-        taken || continue
-        draw d.png "$work/ktx2" --model a.gltf $with -q
-        differ a.png d.png
-    done
     iblview "$work/ktx2" --model b.gltf --offscreen d.png $small \
         --compare split --samples 16 >said
     grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
@@ -171,29 +141,9 @@ test_maps_are_baked() {
         { iblbake -q 'f_%f.exr' -o six && draw f.png -q six && same e.png f.png; }
     # Through the image bridge, which is found beside the program.
     [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
-    iblbake -q --layout equirect "$top/data/sky.exr" --size 64 -o equirect
-    draw equirect.png -q equirect --background colour --no-labels
     [ $sanitized = no ] || return 0
     draw b.png env.hdr -q
     differ a.png b.png
-    # Flat layouts look like the cube, nearly.
-    iblbake -q --layout octahedral "$top/data/sky.exr" --size 64 -o octahedral
-    draw octahedral.png -q octahedral --background colour --no-labels
-    iblbake -q "$top/data/sky.exr" --size 64 -o cube
-    draw cube.png -q cube --background colour --no-labels
-    for d in equirect octahedral; do
-        near $d.png cube.png 25.5 25.5
-    done
-}
-
-
-# A bake's table of another kind is left out, and said to be.
-test_table_of_another_kind() {
-    iblbake -q "$top/data/sky.exr" --size 16 --irradiance-size 8 --lut-size 16 \
-        --lut-kind multiscatter -o kind
-    iblview kind --offscreen a.png $small 2>err || echo "status $?"
-    grep -q 'of kind multiscatter: not used' err || cat err
-    grep -q 'made with the geometry smith' err || cat err
 }
 
 # Two sets side by side, and the panel over them.
@@ -215,37 +165,22 @@ test_panel_and_other_set() {
 test_scene() {
     local scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene
-    draw a.png "$work/ktx2" $scene --probe-capture faces
-    same scene.png a.png
-    draw a.png "$work/ktx2" $scene --probes 64
-    differ scene.png a.png
     # A model stands where the mirror was.
     make_scene a '[{}]'
     draw a.png "$work/ktx2" $scene --model a.gltf
     differ scene.png a.png
     wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100
-    wrong 2 '*--probes 65: *0 to 64*' "$work/ktx2" --probes 65
-    wrong 2 '*--size +64x64: not a value*' "$work/ktx2" --size +64x64
-    wrong 2 '*--probes 2: *leave --probe-set out' "$work/ktx2" $scene \
-        --probe-set x.json --probes 2 --offscreen a.png
-    wrong 1 '*none.json: cannot be read*' "$work/ktx2" $scene \
-        --probe-set none.json --offscreen a.png
 }
 
 # Two states, by options, by the name of a reflection, or not at all.
 test_against() {
     local to='--offscreen a.png --size 64x48'
-    draw a.png "$work/ktx2" -q --against '--diffuse sh --no-multiscatter'
-    draw b.png "$work/ktx2" -q --against fit
-    differ a.png b.png
     iblview "$work/ktx2" $to --against fit | head -n 1 |
         grep -qx 'relative RMSE of reflection split against reflection fit' ||
         echo 'the sides are not named'
     wrong 2 '*--against: --reflection bogus: *split*' "$work/ktx2" $to --against bogus
     wrong 2 '*--against: --yaw 3: is the same for both sides' "$work/ktx2" \
         $to --against '--yaw 3'
-    wrong 2 '*--against: --level 1: is of --mode levels' "$work/ktx2" $to \
-        --against '--level 1'
     wrong 2 '*--compare: a state with itself*' "$work/ktx2" $to \
         --against split
 }
@@ -310,12 +245,15 @@ END
 }
 
 test_notes_on_what_does_not_fit() {
-    $bake --quiet -o out --lobe charlie --roughness-range 0.25:1 >said 2>&1
+    $bake --quiet -o out --lobe charlie --roughness-range 0.25:1 \
+        --lut-kind multiscatter >said 2>&1
     # The map is not at hand.
     sed -i 's/"path": "[^"]*"/"path": "gone.exr"/' out/env.json
     iblview out --offscreen a.png $small >said 2>&1 || echo "status $?"
-    [ "$(wc -l <said)" = 2 ] && grep -q 'lobe charlie' said &&
-        grep -q 'level 0 is of roughness 0.25' said || cat said
+    [ "$(wc -l <said)" = 4 ] && grep -q 'lobe charlie' said &&
+        grep -q 'level 0 is of roughness 0.25' said &&
+        grep -q 'of kind multiscatter: not used' said &&
+        grep -q 'made with the geometry smith' said || cat said
     iblview out --offscreen a.png $small -q 2>&1
 }
 
@@ -340,46 +278,26 @@ test_misuse() {
     wrong 2 '*env.exr: is both input and output: *' env.exr --offscreen env.exr
     wrong 2 '*twice*' "$work/ktx2" twice
     wrong 2 '*--frobnicate*unknown*--help' --frobnicate x
-    wrong 2 '*--level*has no value*' "$work/ktx2" --level
-    wrong 2 '*--level 15*0 to 14' "$work/ktx2" --level 15
-    wrong 2 '*--ev x*-30 to 30' "$work/ktx2" --ev x
-    wrong 2 '*--tone filmic*linear, reinhard, aces, neutral or agx' x --tone filmic
     wrong 2 '*--material mud*it takes gold, *' x --material mud
     wrong 2 '*--size 0x9*' x --size 0x9
     wrong 2 '*--grid 17x1*16x16' x --grid 17x1
     wrong 2 '*--metallic 0:2*' x --metallic 0:2
     wrong 2 '*--light: is no more: --lights*' x --light 1,2,3,1,1,1
-    wrong 2 '*--ground=1*takes no value*' x --ground=1
     wrong 2 '*--offscreen*.png*' x --offscreen ''
     wrong 2 '*--offscreen a.jpg: *.png*.exr*' x --offscreen a.jpg
-    wrong 2 '*--contact-sheet png: *.png*' x --contact-sheet png
-    wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
     wrong 2 '*--samples 2: only with*' x --samples 2 --reflection reference
     wrong 2 '*--samples 2: *reference*' x --samples 2 --offscreen a.png
-    wrong 2 '*--panel: only with*' x --panel --contact-sheet a.png
-    wrong 2 '*--panel: linear*' x --panel --offscreen a.exr
     wrong 2 '*--contact-sheet*spheres and levels' x --mode table \
         --contact-sheet a.png
-    wrong 2 '*--material gold: a sheet has all*' x --material gold \
-        --contact-sheet a.png
-    wrong 2 '*--quiet and --stats*' x -q --stats
     wrong 2 '*--frames: is no more*' x --frames 2
 }
 
 test_missing_and_wrong_files() {
     local to='--offscreen a.png'
     wrong 1 '*nowhere*' nowhere $to
-    echo text >text
-    wrong 1 '*text*' text $to
-    head -c 100 "$work/ktx2/env_specular.ktx2" >cut.ktx2
-    wrong 1 '*cut.ktx2*' cut.ktx2 $to
-    wrong 1 '*brdf_lut.ktx2*' "$work/ktx2" $to \
-        --irradiance "$work/ktx2/brdf_lut.ktx2"
     iblbake -q --only lut --lut-kind charlie --lut-size 4 -o kinds
     wrong 1 '*of kind charlie*split*' "$work/ktx2" $to \
         --lut kinds/brdf_lut_charlie.ktx2
-    wrong 1 '*--level 14*0 to 1' "$work/ktx2" --mode levels --level 14 $to
-    wrong 1 '*--lut*baked files' env.exr --lut x $to
 }
 
 test_unwritable_outputs() {
@@ -392,8 +310,7 @@ test_unwritable_outputs() {
     [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] || echo "full: $(cat err)"
 }
 
-# A file-size limit is an error like another, and a signal in the midst of
-# writing takes back what was written.
+# A file-size limit is an error like another.
 test_nothing_half_written() {
     draw a.png "$work/ktx2"
     cp a.png old.png
@@ -401,22 +318,12 @@ test_nothing_half_written() {
      iblview "$work/ktx2" $small --ev 1 --offscreen a.png 2>&1
      echo "status $?") | grep -vx 'status 1' | grep -vx 'iblview: .*a.png.*'
     same a.png old.png
-    [ $sanitized = no ] || return 0
-    preload
-    ls -A >before
-    { LD_PRELOAD=$work/preload.so FAULT='write -15 0' FAULT_FROM=own \
-        iblview "$work/ktx2" $small --ev 1 --offscreen a.png; } 2>/dev/null
-    [ $? = 143 ] || echo "the signal is lost"
-    ls -A | diff before -
-    same a.png old.png
 }
 
 test_no_display() {
     wrong 1 '*--offscreen*' "$work/ktx2"
-    wrong 1 '*--offscreen*' env.exr
     # What is wrong with a display, too, comes first.
     wrong 1 '*nowhere*' nowhere
-    wrong 1 '*--lut*baked files' env.exr --lut x
 }
 
 # A name cannot break a line or steer the terminal.
@@ -442,6 +349,8 @@ test_texts() {
     iblview --keys | awk '/^[A-Z][a-z ]*:$/ || !length { next }
         length > 100 || !/^  [^ ]/ || substr($0, 18, 1) != " " ||
         substr($0, 19) !~ /^[A-Za-z]/'
+    # Each key has one meaning.
+    iblview --keys | cut -c3-17 | tr -s ' ' '\n' | sort | uniq -d
     # Nothing but what they ask for, to be piped.
     iblview --keys 2>&1 >/dev/null
     # Options that README.md names are there.

@@ -268,24 +268,6 @@ TEST(keys_change_one_setting)
         }
 }
 
-TEST(keys_are_listed_once)
-{
-    view_key_line line;
-    char seen[4096] = "";
-    int count = 0;
-
-    for (; view_key_line_at(count, &line); count++) {
-        CHECK(*line.title && *line.what);
-        for (const char *k = line.keys; k && *k; k += strcspn(k, " ")) {
-            k += *k == ' ';
-            const char *key = test_text("|%.*s|", (int)strcspn(k, " "), k);
-            CHECK_MSG(!strstr(seen, key), "%s twice", key);
-            strcat(seen, key);
-        }
-    }
-    CHECK(count > 40);
-}
-
 /* Escape closes what is open, and never quits; q quits. */
 TEST(escape_closes)
 {
@@ -341,28 +323,6 @@ static void begin_window(int width, int height)
     gl.ClearColor(0, 0, 0, 1);
     gl.Clear(GL_COLOR_BUFFER_BIT);
     view_ui_begin(width, height);
-}
-
-TEST(text_stays_in_its_box)
-{
-    enum {
-        W = 320,
-        H = 80
-    };
-    const double w = 160, h = 36; /* at most, of the text below */
-    int ink = 0, outside = 0;
-
-    begin_window(W, H);
-    view_ui_text(W, H, (const double[2]){1, 1}, "roughness 0.25, W\nw");
-    view_ui_end(0);
-    unsigned char *rgb = view_picture_read(0, W, H, 3);
-    for (int i = 0; i < W * H; i++) {
-        const bool in = i % W >= W - w - 1 && i / W >= H - h - 1;
-        ink += rgb[3 * i] > 128;
-        outside += rgb[3 * i] > 0 && !in;
-    }
-    CHECK_MSG(ink > 100 && !outside, "%d of ink, %d outside", ink, outside);
-    free(rgb);
 }
 
 TEST(legends_show_their_scale)

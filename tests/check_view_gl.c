@@ -76,7 +76,7 @@ TEST(rows_from_the_top)
 
     view_test_begin(37, 21);
     CHECK(!strcmp(view_screen_by(), "OSMesa") ||
-          !strstr(view_test_about(), "llvmpipe"));
+          !strstr((const char *)gl.GetString(GL_RENDERER), "llvmpipe"));
     draw_places(37, 21);
     view_test_begin(3001, 4); /* rows of some kilobytes */
     draw_places(3001, 4);

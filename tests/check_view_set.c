@@ -123,13 +123,6 @@ TEST(same_container)
           !strcmp(set.baked.name, "b"));
     CHECK(set.baked.file[IBL_CONTENT_SKYBOX].texture.width == 8 &&
           !set.own_sky);
-    /* Any cube is a sky to those who name it. */
-    const view_request what = {.path = file_path("two/b_specular.ktx2"),
-                               .sky = file_path("two/a_irradiance.ktx2")};
-    NEED(view_set_open(ctx, &what, &set));
-    CHECK(set.own_sky &&
-          !strcmp(set.baked.file[IBL_CONTENT_SKYBOX].path, what.sky));
-    view_set_free(&set);
 }
 
 /* Files that are named in place of the set's. */

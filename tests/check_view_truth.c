@@ -42,14 +42,13 @@ static void add_lights(const ibl_image *map)
             float *p = map_pixel(map, x, y);
             double d[3];
             truth_latlong_direction(map->width, map->height, x, y, d);
-            map_set(map, x, y, 0.3F + 0.2F * (float)d[0],
-                    0.5F + 0.2F * (float)d[1], 0.4F);
-            for (int i = 0; i < 8; i++) {
-                const double cosine =
-                    test_dot(at[i], d) / sqrt(test_dot(at[i], at[i]));
-                const float light = (float)exp(100.0 * (cosine - 1.0));
-                p[i % 3] += (100.0F + 30.0F * (float)i) * light;
-                p[(i + 1) % 3] += 50.0F * light;
+            for (int k = 0; k < 3; k++)
+                p[k] = 0.4F + 0.2F * (float)d[k];
+            for (int i = 0; i < 24; i++) {
+                const double *to = at[i / 3];
+                const double cosine = test_dot(to, d) / sqrt(test_dot(to, to));
+                p[i % 3] +=
+                    (float)((i % 4 ? 60 : 250) * exp(100 * cosine - 100));
             }
         }
 }
@@ -436,8 +435,9 @@ TEST(chances)
 /* ---- errors ----------------------------------------------------------------
  */
 
-/* A picture of f times the truth is off by |f - 1|; each part of it has its f.
- * What is at the border of a part, or of the picture, does not count. */
+/* A picture of f times the truth is off by |f - 1|; each of three by two parts
+ * has its f. What is at the border of a part, or of the picture, does not
+ * count. */
 TEST(known_errors)
 {
     enum {
@@ -448,16 +448,12 @@ TEST(known_errors)
     const float *pictures[4] = {picture, truth, NULL, NULL};
     view_error errors[6];
 
-    for (int i = 0; i < EDGE * EDGE; i++) {
-        const int x = i % EDGE, y = i / EDGE;
-        /* Three by two parts of eight by twelve pixels. */
-        const bool inside = x % 8 && x % 8 < 7 && y % 12 && y % 12 < 11;
-        shown[i] = 3 * (y / 12) + x / 8;
-        for (int k = 3 * i; k < 3 * i + 3; k++) {
-            truth[k] = (float)(1 + i % 7);
-            picture[k] =
-                inside ? truth[k] * (1 + 0.25F * (float)(shown[i] - 2)) : 1e6F;
-        }
+    for (int i = 0; i < 3 * EDGE * EDGE; i++) {
+        const int x = i / 3 % EDGE, y = i / 3 / EDGE;
+        const int part = shown[i / 3] = 3 * (y / 12) + x / 8;
+        const bool inside = x % 8 % 7 && y % 12 % 11;
+        truth[i] = (float)(1 + i / 3 % 7);
+        picture[i] = inside ? truth[i] * (0.5F + 0.25F * (float)part) : 1e6F;
     }
     view_errors(shown, 6, EDGE, EDGE, pictures, errors);
     for (int i = 0; i < 6; i++) {

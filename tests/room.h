@@ -33,64 +33,28 @@ void room_weights(const view_room_draw *d, const double point[3],
 /* ---- maps -----------------------------------------------------------------
  */
 
+/* One to be filled, of one level, bound to unit 0. */
+GLuint room_texture(GLenum target);
 /* A cube of one level, RGBA32F: a function of each texel's unit direction. */
 typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
 GLuint room_cube(int size, room_texel *texel, void *cookie);
+/* Its faces, one after the other; from test_alloc. */
+float *room_faces(int size, room_texel *texel, void *cookie);
 /* The same everywhere. */
 GLuint room_cube_of(float r, float g, float b, float a);
 
 /* A level of cubes with faces of n x n texels: RGBA, from test_alloc. */
 float *room_cubes_read(GLuint cubes, int count, int level, int n);
-/* The only one of these, without alpha. */
-void room_cube_read(GLuint cubes, const ibl_cube *cube);
+/* RG32F, the same everywhere. */
+GLuint room_table_of(float r, float g);
 
-/* ---- the room in white light ----------------------------------------------
+/* ---- pictures -------------------------------------------------------------
  */
 
-/* By the table of a surface that loses nothing, each material has one colour,
- * times the light of the probes. The sky says what direction it is in. */
-typedef struct lit_room {
-    view_room *room;
-    view_image image;
-    view_room_draw draw; /* without probes, by a camera to set */
-    GLuint black;        /* a cube */
-    bool directions; /* colours of the one probe are those of the sky, else */
-    float colour[IBL_MAX_PROBES + 1][4]; /* times alpha; the dynamic one's
-                                            follows those of the locals */
-} lit_room;
-
-extern lit_room lit;
-
-/* Opens a screen of that size, too, for the running test. */
-void lit_begin(int width, int height);
-/* Turns the environment by degrees. */
-void lit_turn(double turn);
-/* Lights the draw by count probes, of which the last may be the dynamic one;
- * they are kept until the next call. */
-void lit_probes(const ibl_probe *probes, int count, bool dynamic);
-/* A picture of lit.draw, RGBA, rows from the top, from test_alloc. */
-float *lit_render(void);
-/* Whether a pixel at (x, y), or of a captured face of that size, has the colour
- * of what is up to so many pixels around it. Between two things it may be a mix
- * of them. size 0: of the picture. */
-bool lit_shows(const float *rgb, int size, int face, double x, double y,
-               double around, double tolerance);
-
-/* ---- captures -------------------------------------------------------------
- */
-
-/* Captures the lit room from eye into one cube, for the running test. */
-typedef struct room_capture {
-    view_capture *capture;
-    view_probe_maps cubes;
-} room_capture;
-
-room_capture *room_capture_begin(view_probe_capture kind, int size,
-                                 const double eye[3]);
-/* A whole update. */
-void room_capture_update(room_capture *c);
-/* The same of a sky alone. */
-void room_capture_sky(room_capture *c, GLuint sky);
+/* Kept for the running test. */
+void room_image_make(view_image *image, int width, int height);
+/* RGBA, rows from the top, from test_alloc. */
+float *room_image_read(const view_image *image);
 
 /* ---- --mode scene ---------------------------------------------------------
  */
@@ -103,13 +67,12 @@ typedef struct room_stage {
     GLuint table;
     view_model *guest;
     view_image image;
-    bool anew; /* what the last draw was told */
 } room_stage;
 
 /* Opens a screen of that size, too, for the running test. */
 void room_stage_begin(room_stage *on, int width, int height,
                       const float light[3], const float table[2]);
-/* A picture as lit_render has it; NULL after a failure. */
+/* A picture as room_image_read has it; NULL after a failure. */
 float *room_stage_draw(room_stage *on);
 
 #endif

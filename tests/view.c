@@ -55,11 +55,6 @@ void view_test_begin(int width, int height)
         test_skip("%.*s", (int)strcspn(said, "\n"), said);
 }
 
-const char *view_test_about(void)
-{
-    return (const char *)gl.GetString(GL_RENDERER);
-}
-
 const char *view_test_shader(const char *name)
 {
     const view_shader_file *f = view_shader_files;
@@ -171,40 +166,6 @@ void view_test_false_colour(double stops, double srgb[3])
     for (int i = 0; i < 3; i++)
         srgb[i] = fmin(fmax(srgb[i], 0), 1);
 }
-
-void view_test_point_of(test_random *r, const ibl_volume *v, double p[3])
-{
-    double d[3], square = 0;
-
-    for (int i = 0; i < 3; i++) {
-        d[i] = test_random_between(r, -1, 1);
-        if (v->shape == IBL_SHAPE_BOX && test_random_below(r, 2))
-            d[i] = d[i] < 0 ? -1 : 1;
-        square += d[i] * d[i];
-    }
-    const double scale = test_random_below(r, 4) ? 1 : test_random_unit(r);
-    for (int i = 0; i < 3; i++)
-        p[i] = v->centre[i] + (v->shape == IBL_SHAPE_BOX
-                                   ? v->half[i] * d[i]
-                                   : v->half[0] * d[i] / sqrt(square) * scale);
-}
-
-bool view_test_pixel(const double clip[16], int width, int height,
-                     const double p[3], int pixel[2])
-{
-    const int size[2] = {width, height};
-    double at[4];
-
-    for (int row = 0; row < 4; row++)
-        at[row] = clip[row] * p[0] + clip[4 + row] * p[1] +
-                  clip[8 + row] * p[2] + clip[12 + row];
-    if (!(at[3] > 0) || fabs(at[0]) >= at[3] || fabs(at[1]) >= at[3])
-        return false;
-    for (int i = 0; i < 2; i++)
-        pixel[i] = (int)((at[i] / at[3] + 1) / 2 * size[i]);
-    return true;
-}
-
 void view_test_ray(const view_camera *c, int width, int height, double x,
                    double y, double direction[3])
 {

@@ -5,7 +5,6 @@
 
 #include <stdbool.h>
 
-#include "ibl/probes.h"
 #include "test.h"
 #include "view/app.h"
 #include "view/gl.h"
@@ -15,8 +14,6 @@
  * sanitizer. */
 void view_test_begin(int width, int height);
 void view_test_close(void); /* also without a screen */
-/* The renderer of OpenGL. */
-const char *view_test_about(void);
 
 /* The text of one of the viewer's shaders. */
 const char *view_test_shader(const char *name);
@@ -44,13 +41,6 @@ const char *view_test_caught(void);
 /* Green 2011, eq. 2: the sRGB-encoded false colour of -VIEW_STOPS .. VIEW_STOPS
  * stops from middle grey. */
 void view_test_false_colour(double stops, double srgb[3]);
-
-/* A point of a volume, often on its border, its edges and its corners. */
-void view_test_point_of(test_random *r, const ibl_volume *v, double p[3]);
-/* The pixel in which a point is seen by a matrix to clip space; false: out of
- * the picture. */
-bool view_test_pixel(const double clip[16], int width, int height,
-                     const double p[3], int pixel[2]);
 
 /* Unit direction through the centre of pixel (x, y), row 0 on top. */
 void view_test_ray(const view_camera *c, int width, int height, double x,
