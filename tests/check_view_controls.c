@@ -123,7 +123,7 @@ static view_options prepare(const view_control *c, int mode)
     const char *name = c->option.name;
 
     s->mode = (view_mode)mode;
-    s->probe_size = 16;
+    s->probe_size = 0;
     s->rows = s->columns = 3;
     s->light_count = 1;
     if (strcmp(name, "override") != 0)
@@ -368,7 +368,7 @@ TEST(labels_are_beside_the_picture)
         for (int k = 0; k < 2; k++) {
             view_settings *s = &app.side[k];
             s->mode = (view_mode)(i / 2);
-            s->probe_size = 16;
+            s->probe_size = 0;
             s->layout = i % 2 ? VIEW_STRIP : VIEW_EQUIRECT;
             s->false_colour = i % 2;
             s->compare = i % 2 ? VIEW_SPLIT : VIEW_ALONE;

@@ -5,6 +5,7 @@
  * ray-traced; and what is in front of what.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "ibl/reference.h"
@@ -528,7 +529,7 @@ TEST(ball)
 TEST(errors_by_material)
 {
     view_settings side[2];
-    view_error errors[3];
+    int count;
 
     begin();
     square(1, 0.5, 0.1);
@@ -537,7 +538,9 @@ TEST(errors_by_material)
     side[0] = side[1] = on.settings;
     side[1].reflection = VIEW_FIT;
     NEED(shade_frame(side));
-    NEED(view_renderer_errors(renderer, errors) == 2);
+    view_error *errors = view_renderer_errors(renderer, &count);
+    NEED(errors && count == 2);
+    test_defer(free, errors);
     CHECK(errors[0].pixels > errors[1].pixels && errors[1].pixels > 50);
     CHECK(view_error_rmse(errors[0]) < 1e-6);
 }

@@ -60,7 +60,7 @@ static void begin(int size)
     on.s.yaw = 30;
     alone = room_stage_draw(&on);
     on.s.probes = PROBES;
-    on.s.probe_size = size;
+    on.s.probe_size = ilogb(size) - 4;
     shown = room_stage_draw(&on);
     own = on.stage->draw;
     mirror = *own.dynamic.probe;

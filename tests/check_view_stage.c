@@ -27,7 +27,7 @@ static void begin(void)
     static const float light[3] = {0.5F, 0.6F, 0.8F}, table[2] = {0.9F, 0.05F};
 
     room_stage_begin(&on, WIDTH, HEIGHT, light, table);
-    on.s.probe_size = 32;
+    on.s.probe_size = 1;
 }
 
 static void draw(double seconds)
@@ -360,7 +360,7 @@ TEST(places_while_time_stands)
     NEED(view_renderer_load(r, &shade_sets[0].set));
     s.mode = VIEW_SCENE;
     s.antialias = 2;
-    s.probe_size = 16;
+    s.probe_size = 0;
     for (int i = 0; i < 9; i++) {
         s.seconds = i < 5 ? 0 : 1;
         NEED(view_test_draw(r, &s, WIDTH, HEIGHT));

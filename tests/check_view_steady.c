@@ -90,7 +90,7 @@ static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     view_test_app(&app, &options, WIDTH, HEIGHT);
-    app.side[0].probe_size = 16;
+    app.side[0].probe_size = 0;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
     test_defer(end, NULL);
     count_calls();

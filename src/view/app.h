@@ -6,11 +6,17 @@
 
 #include <limits.h>
 
+#include "view/controls.h"
 #include "view/folder.h"
-#include "view/options.h"
 #include "view/renderer.h"
-#include "view/report.h"
 #include "view/room.h"
+
+/* Frames since the last line of --stats; all zero at the start. */
+typedef struct view_stats {
+    int frames;
+    double sum, worst, gpu; /* milliseconds; gpu: by OpenGL's timer, summed */
+    double begun;           /* ibl_now() before the first frame */
+} view_stats;
 
 typedef struct view_app {
     ibl_ctx *ctx;
@@ -113,9 +119,14 @@ void view_app_notice_failure(view_app *app);
  * rows and columns are, which half is which and how they differ, the scales of
  * false colours and differences), the panel, and whatever is open. */
 void view_labels_draw(view_app *app);
-/* Writes the picture with its labels to the first iblview-NNN.png that does not
- * exist. */
-void view_labels_picture(view_app *app);
+/* Prints the error of the last draw of two sides: a line for each sphere or
+ * material of the model that shows, and for all. */
+void view_labels_print(const view_app *app);
+/* --stats: prints a line of NAME=VALUE words, at last what draws, and begins
+ * anew. */
+void view_stats_add(view_stats *t, double ms, double gpu);
+void view_stats_print(view_stats *t, const view_renderer *r,
+                      const view_settings *s);
 
 /* ---- what keys and the mouse do (key_bindings.c) ------------------------ */
 

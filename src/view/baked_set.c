@@ -6,12 +6,10 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include "common/names.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "engine/engine.h"

@@ -9,7 +9,6 @@
 #include <strings.h>
 
 #include "common/names.h"
-#include "common/path.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
@@ -57,18 +56,6 @@ static bool parse_pan(void *field, const char *value)
 static bool parse_colour(void *field, const char *value)
 {
     return ibl_number_list(value, ',', 0, 1e6, field, 3) == 3;
-}
-
-static bool parse_probe_size(void *field, const char *value)
-{
-    const char *end;
-    int size;
-
-    if (!ibl_number_int(value, 16, 1024, &size, &end) || *end ||
-        (size & (size - 1)))
-        return false;
-    *(int *)field = size;
-    return true;
 }
 
 static void print_version(FILE *to)
@@ -354,10 +341,10 @@ static const view_control probes[] = {
       .help = "a capture ends where its probe's influence ends; farther off, "
               "other probes and the environment fill in"},
      .label = "captures end", .where = SCENE | NEED_PROBES},
-    {{"probe-size", 0, IBL_OTHER(probe_size, "N", parse_probe_size), .low = 16,
-      .high = 1024, .allowed = "a power of two from 16 to 1024",
-      .standard = "256", .help = "edge of the faces of each probe's cube"},
-     .label = "size of faces", .where = SCENE, .shape = VIEW_DOUBLED},
+    {{"probe-size", 0, IBL_CHOICE(probe_size,
+                  NAMES("16", "32", "64", "128", "256", "512", "1024")),
+      .help = "edge of the faces of each probe's cube"},
+     .label = "size of faces", .where = SCENE},
     {{"probe-capture", 0,
       IBL_CHOICE(probe_capture, NAMES("faces", "paraboloids")),
       .help = "draw six faces, or two paraboloids"},
@@ -560,7 +547,7 @@ void view_control_text(const view_control *c, const view_settings *s,
         snprintf(text, 80, "%s", *(const bool *)field ? "on" : "off");
     else if (c->option.kind == IBL_OPTION_CHOICE)
         snprintf(text, 80, "%s", c->option.choices[*n]);
-    else if (c->option.kind == IBL_OPTION_INT || c->shape == VIEW_DOUBLED)
+    else if (c->option.kind == IBL_OPTION_INT)
         snprintf(text, 80, "%d", *n);
     else if (c->shape == VIEW_TWO_INTS)
         snprintf(text, 80, "%d, %d", n[0], n[1]);

@@ -32,8 +32,7 @@ typedef enum view_shape {
     VIEW_AS_OPTION, /* by ibl_option.kind */
     VIEW_TWO_INTS,
     VIEW_TWO_REALS,
-    VIEW_COLOUR3,
-    VIEW_DOUBLED /* an int, a power of two */
+    VIEW_COLOUR3
 } view_shape;
 
 /* A key is a printable character or, above Unicode, a code of GLFW. */
@@ -111,5 +110,17 @@ void view_control_text(const view_control *c, const view_settings *s,
 bool view_control_of_side(const view_control *c);
 /* Gives `to` all of `from` but that. */
 void view_controls_share(const view_settings *from, view_settings *to);
+
+/* ---- the command line (options.c) --------------------------------------- */
+
+/* Parses the words of the command line, ended by NULL; strings point into them.
+ * False: the program must exit with *status, after --help or a message. */
+bool view_options_parse(char **words, view_options *o, int *status);
+
+/* False, with a message, if nothing is at PATH or an option does not fit it;
+ * reads only the first bytes. */
+bool view_options_may(const view_options *o);
+/* False, with a message, if the options ask for what a set does not have. */
+bool view_options_suit(const view_options *o, const baked_set *set);
 
 #endif

@@ -4,7 +4,6 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <math.h>
-#include <stddef.h>
 #include <string.h>
 
 #include "common/process.h"

@@ -3,8 +3,10 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "common/process.h"
 #include "view/frame.h"
 #include "view/message.h"
 #include "view/sphere_grid.h"
@@ -40,8 +42,7 @@ static void write_title(const view_app *app, char text[BYTES])
     if (s->mode == VIEW_SCENE)
         view_add(text, BYTES, ", scene at %.3g s", s->seconds);
     if (s->mode == VIEW_TABLE)
-        view_add(text, BYTES,
-                 ", BRDF table: lines at 0.1 to 0.9, white scale, blue bias");
+        view_add(text, BYTES, ", BRDF table: red scale, green bias");
     if (s->mode == VIEW_IRRADIANCE_MAP)
         view_add(text, BYTES, ", irradiance by %s",
                  view_diffuse_names[view_diffuse_of(s, set)]);
@@ -62,13 +63,32 @@ static void write_title(const view_app *app, char text[BYTES])
         view_add(text, BYTES, ", EV %+.3g", s->ev);
 }
 
+/* What a side shows that the other does not, as "reflection split". */
+static void write_side(const view_app *app, int i, char text[BYTES])
+{
+    const view_control *c;
+    const char *other = app->other.baked.name;
+
+    snprintf(text, BYTES, "%.80s",
+             other ? (i ? &app->other : app->set)->baked.name : "");
+    for (int k = 0; (c = view_control_at(k)); k++) {
+        char mine[80], its[80];
+        if (!c->label || !view_control_of_side(c))
+            continue;
+        view_control_text(c, &app->side[i], mine);
+        view_control_text(c, &app->side[!i], its);
+        if (strcmp(mine, its) != 0)
+            view_add(text, BYTES, "%s%s %s", *text ? ", " : "", c->label, mine);
+    }
+}
+
 static void add_sides(const view_app *app, double left, double end, double top)
 {
     const view_settings *s = &app->side[0];
     char text[2][BYTES], line[3 * BYTES];
 
     for (int i = 0; i < 2; i++)
-        view_report_side(app->side, i, app->set, &app->other, text[i], BYTES);
+        write_side(app, i, text[i]);
     if (s->compare == VIEW_SPLIT) {
         snprintf(line, sizeof line, "left: %s", text[0]);
         view_ui_text(left, top, upper_left, line);
@@ -248,6 +268,23 @@ static void draw_labels(const view_app *app, const view_area *area)
     }
 }
 
+/* The error of the whole picture, as "RMSE 2.7 % (noise .9 %)". */
+static void write_errors(view_app *app)
+{
+    int count;
+    view_error *errors = view_renderer_errors(app->renderer, &count);
+
+    if (errors) {
+        const double noise = 100 * view_error_noise(errors[count]);
+        snprintf(app->errors, sizeof app->errors, "RMSE %.2f %%",
+                 100 * view_error_rmse(errors[count]));
+        if (noise > 0)
+            view_add(app->errors, sizeof app->errors, " (noise %.2g %%)",
+                     noise);
+    }
+    free(errors);
+}
+
 /* Errors of a picture at rest, anew with twice the samples. */
 static void judge(view_app *app)
 {
@@ -258,7 +295,7 @@ static void judge(view_app *app)
         *app->errors = '\0';
     } else if (app->judged < 0 || samples < app->judged ||
                samples >= 2 * app->judged + 1) {
-        view_report_sum(app->renderer, app->errors, sizeof app->errors);
+        write_errors(app);
         app->judged = samples;
     }
 }
@@ -274,4 +311,69 @@ void view_labels_draw(view_app *app)
         draw_labels(app, &area);
     view_ui_app(app);
     view_ui_end(app->target);
+}
+
+/* ---- on the terminal ----------------------------------------------------- */
+
+void view_labels_print(const view_app *app)
+{
+    view_renderer *r = app->renderer;
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    char sides[2][BYTES];
+    int count;
+    view_error *errors = view_renderer_errors(r, &count);
+
+    if (!errors)
+        return;
+    view_grid(&app->side[0], spheres);
+    for (int i = 0; i < 2; i++)
+        write_side(app, i, sides[i]);
+    printf("relative RMSE of %s against %s", sides[0], sides[1]);
+    if (view_renderer_truth(r))
+        printf(", %d samples a pixel of %s", view_renderer_samples(r),
+               view_renderer_truth(r)->environment);
+    printf("\n   pixels   error of\n");
+    for (int i = 0; i <= count; i++) {
+        char part[64] = "(all)";
+        if (!errors[i].pixels || (count == 1 && i == 0))
+            continue;
+        if (i < count && app->side[0].mode == VIEW_SPHERES)
+            snprintf(part, sizeof part, "metallic %.3f, roughness %.3f",
+                     spheres[i].metallic, spheres[i].roughness);
+        else if (i < count)
+            snprintf(part, sizeof part, "%s",
+                     view_model_material(app->model, i));
+        ibl_one_line(part);
+        printf("%9d %7.4f %s\n", errors[i].pixels, view_error_rmse(errors[i]),
+               part);
+    }
+    free(errors);
+    fflush(stdout);
+}
+
+void view_stats_add(view_stats *t, double ms, double gpu)
+{
+    if (!t->frames)
+        t->begun = ibl_now() - 1e-3 * ms;
+    t->frames++;
+    t->sum += ms;
+    t->gpu += gpu;
+    t->worst = fmax(t->worst, ms);
+}
+
+void view_stats_print(view_stats *t, const view_renderer *r,
+                      const view_settings *s)
+{
+    printf("mode=%s frames=%d frame=%.1f worst=%.1f", view_mode_names[s->mode],
+           t->frames, t->sum / t->frames, t->worst);
+    if (t->gpu > 0)
+        printf(" gpu=%.1f", t->gpu / t->frames);
+    if (s->mode == VIEW_SCENE) {
+        const view_scene *stage = view_renderer_stage(r);
+        printf(" seconds=%.3f ms=%.1f", stage->shown, stage->ms);
+    }
+    printf(" by=%s %s\n", view_screen_by(),
+           (const char *)gl.GetString(GL_RENDERER));
+    fflush(stdout);
+    *t = (view_stats){0};
 }

@@ -2,7 +2,6 @@
 #include "view/message.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "common/process.h"

@@ -10,7 +10,6 @@
 #include "common/signals.h"
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/sphere_grid.h"
 #include "view/vector.h"
 
 /* ---- tables -------------------------------------------------------------- */

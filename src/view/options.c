@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The options besides those of controls.c, and which go together. */
-#include "view/options.h"
+#include "view/controls.h"
 
 #include <errno.h>
 #include <stddef.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include "common/names.h"
@@ -16,8 +14,6 @@
 #include "view/folder.h"
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/sphere_grid.h"
-#include "view/truth.h"
 
 /* ---- which options go together ------------------------------------------ */
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/renderer.h"
-#include "common/process.h"
 #include "common/signals.h"
 #include "view/frame.h"
 #include "view/gl.h"
@@ -304,15 +303,6 @@ static bool update(view_renderer *r, int i, const view_settings *state)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Whether the tone curve is all that is to display. */
-static bool is_plain(const view_renderer *r)
-{
-    const view_settings *s = &r->side[0].settings;
-
-    return view_is_lit(s) && r->sides == 1 && !s->false_colour &&
-           s->background != VIEW_BACKGROUND_TRANSPARENT;
-}
-
 /* Draws the maps of depth for a frame, and binds them. */
 static bool draw_depths(view_renderer *r, const view_frame *f)
 {
@@ -436,12 +426,15 @@ static GLuint picture_of(const view_renderer *r, int i)
 static bool display_pass(const view_renderer *r, const view_frame *f,
                          GLuint framebuffer, int x, int y)
 {
+    const view_settings *s = &r->side[0].settings;
+    /* Whether the tone curve is all that is to display. */
+    const bool plain = view_is_lit(s) && r->sides == 1 && !s->false_colour &&
+                       s->background != VIEW_BACKGROUND_TRANSPARENT;
     char text[32];
 
     snprintf(text, sizeof text, "#define TONE %d\n", f->show[0]);
-    const GLuint program =
-        view_program(is_plain(r) && f->show[0] >= 0 ? text : "", "full.vert",
-                     "display.frag");
+    const GLuint program = view_program(plain && f->show[0] >= 0 ? text : "",
+                                        "full.vert", "display.frag");
     if (!program)
         return false;
     view_gl_block(VIEW_BLOCK_FRAME, f, sizeof *f);
@@ -603,7 +596,8 @@ static bool find_shown(const view_renderer *r, int *shown)
     return ok;
 }
 
-int view_renderer_parts(const view_renderer *r)
+/* Spheres, or materials of the model; of other pictures 1. */
+static int count_parts(const view_renderer *r)
 {
     const view_settings *s = &r->side[0].settings;
     int count = s->mode == VIEW_SPHERES ? s->rows * s->columns : 1;
@@ -613,21 +607,17 @@ int view_renderer_parts(const view_renderer *r)
     return count;
 }
 
-const char *view_renderer_part(const view_renderer *r, int i)
+view_error *view_renderer_errors(view_renderer *r, int *number)
 {
-    return view_model_material(r->model, i);
-}
-
-int view_renderer_errors(view_renderer *r, view_error *errors)
-{
-    const int count = view_renderer_parts(r);
+    const int count = *number = count_parts(r);
     const size_t pixels = (size_t)r->area.width * (size_t)r->area.height;
     const view_truth *truth = view_renderer_truth(r);
     double factor = 0;
     const GLuint second = truth ? view_truth_second(truth, &factor) : 0;
 
     if (r->sides < 2)
-        return 0;
+        return NULL;
+    view_error *errors = ibl_need(calloc((size_t)count + 1, sizeof *errors));
     float *rgb = ibl_need(malloc(9 * pixels * sizeof *rgb));
     int *shown = ibl_need(malloc(pixels * sizeof *shown));
     const float *const pictures[4] = {
@@ -642,9 +632,17 @@ int view_renderer_errors(view_renderer *r, view_error *errors)
     if (ok)
         view_errors(shown, count, r->area.width, r->area.height, pictures,
                     errors);
-    for (int i = 0; ok && i < count; i++)
+    for (int i = 0; ok && i < count; i++) {
         errors[i].noise2 *= factor;
+        errors[count].difference2 += errors[i].difference2;
+        errors[count].truth2 += errors[i].truth2;
+        errors[count].noise2 += errors[i].noise2;
+        errors[count].pixels += errors[i].pixels;
+    }
     free(shown);
     free(rgb);
-    return ok ? count : 0;
+    if (ok)
+        return errors;
+    free(errors);
+    return NULL;
 }

@@ -83,13 +83,9 @@ const view_truth *view_renderer_truth(const view_renderer *r);
 int view_renderer_samples(const view_renderer *r);
 /* Restarts the picture and the reference. */
 void view_renderer_restart(view_renderer *r);
-/* How many spheres, or materials of the model, there are, and the name of a
- * material. */
-int view_renderer_parts(const view_renderer *r);
-const char *view_renderer_part(const view_renderer *r, int i);
-/* Errors of each of them, the first side's against the second's; of other
- * pictures one, of all. Returns their number; 0: nothing is compared. errors:
- * room for view_renderer_parts. */
-int view_renderer_errors(view_renderer *r, view_error *errors);
+/* Errors of each sphere, or material of the model, of the first side against
+ * the second, and their sum behind them; of other pictures one. Returns an
+ * array to be freed, and their number; NULL: nothing is compared. */
+view_error *view_renderer_errors(view_renderer *r, int *number);
 
 #endif

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "common/process.h"
 #include "common/signals.h"
@@ -80,19 +79,19 @@ static bool is_stale(const view_scene *st, const view_settings *s)
 /* Makes cubes for settings, unless they are there. */
 static bool make_captures(view_scene *st, const view_settings *c)
 {
+    const int size = 16 << c->probe_size;
+
     if (st->capture && c->probes == st->made.probes &&
         c->probe_size == st->made.probe_size &&
         c->probe_capture == st->made.probe_capture)
         return true;
     drop_captures(st);
-    if (!view_probe_maps_make(&st->mirror, c->probe_size, 2) ||
-        (c->probes &&
-         !view_probe_maps_make(&st->locals, c->probe_size, c->probes)))
+    if (!view_probe_maps_make(&st->mirror, size, 2) ||
+        (c->probes && !view_probe_maps_make(&st->locals, size, c->probes)))
         view_fail("this OpenGL has no room for %d probes with faces of %d: "
                   "take fewer by --probes, or smaller ones by --probe-size",
-                  c->probes + 1, c->probe_size);
-    else if ((st->capture =
-                  view_capture_create(c->probe_capture, c->probe_size))) {
+                  c->probes + 1, size);
+    else if ((st->capture = view_capture_create(c->probe_capture, size))) {
         st->mirror.count = 1;
         st->mirror.probe = &st->probe;
         st->locals.probe = st->local;

@@ -22,7 +22,7 @@ view_settings view_settings_default(void)
         .gain = 10,
         .parallax = VIEW_PARALLAX_BOX,
         .nearest = 4,
-        .probe_size = 256,
+        .probe_size = 4,
         .probe_interval = 0.5,
     };
     /* Those of LearnOpenGL's chapter "Lighting" of PBR: 300 at +-10, +-10, 10,

@@ -13,7 +13,7 @@ typedef enum view_mode {
     VIEW_SPHERES,
     VIEW_LEVELS,         /* a level of the specular chain */
     VIEW_IRRADIANCE_MAP, /* the irradiance map */
-    VIEW_TABLE,          /* the BRDF table with iso-lines */
+    VIEW_TABLE,          /* the BRDF table */
     VIEW_SCENE,          /* the room with a probe */
     VIEW_MODEL,          /* a scene of glTF */
     VIEW_SOURCE_MAP,     /* the environment at its own resolution */
@@ -164,7 +164,7 @@ typedef struct view_settings {
     view_probe_choice probe_choice;
     int nearest;    /* of VIEW_PROBES_NEAREST_K, 1..VIEW_MAX_NEAREST */
     int probes;     /* number of local probes, 0..VIEW_MAX_LOCALS */
-    int probe_size; /* of faces: a power of two */
+    int probe_size; /* faces have 16 << probe_size texels along an edge */
     view_probe_capture probe_capture;
     bool probe_limit; /* captures end where their influence ends */
 

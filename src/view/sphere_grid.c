@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include <math.h>
-#include <stddef.h>
 
 #include "view/sphere_grid.h"
 #include "view/vector.h"

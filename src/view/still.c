@@ -98,7 +98,7 @@ static bool make_picture(view_app *app, const char *file)
     if (!draw_frames(app))
         return false;
     if (!app->options->quiet)
-        view_report_print(app->renderer, app->side, app->set, &app->other);
+        view_labels_print(app);
     return write_picture(app, file);
 }
 

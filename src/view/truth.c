@@ -8,7 +8,6 @@
 #include "common/process.h"
 #include "common/signals.h"
 #include "view/gl.h"
-#include "view/message.h"
 #include "view/settings.h"
 
 /* ---- the table of lights ----------------------------------------------- */

@@ -153,19 +153,6 @@ bool show_colour(const char *label, double *rgb)
     return true;
 }
 
-// A power of two.
-bool show_doubled(const char *label, int *value, double low, double high)
-{
-    int power = ilogb(*value);
-    char text[16];
-
-    snprintf(text, sizeof text, "%d", *value);
-    if (!ImGui::SliderInt(label, &power, ilogb(low), ilogb(high), text))
-        return false;
-    *value = 1 << power;
-    return true;
-}
-
 // Returns whether the setting was changed.
 bool show_value(const view_control *c, view_settings *s)
 {
@@ -180,8 +167,6 @@ bool show_value(const view_control *c, view_settings *s)
 
     if (c->shape == VIEW_COLOUR3)
         return show_colour(c->label, (double *)field);
-    if (c->shape == VIEW_DOUBLED)
-        return show_doubled(c->label, (int *)field, low, high);
     if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF)
         return ImGui::Checkbox(c->label, (bool *)field);
     if (o->kind == IBL_OPTION_CHOICE) {

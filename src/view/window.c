@@ -5,7 +5,6 @@
 #include <GLFW/glfw3.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "common/process.h"
 #include "view/app.h"

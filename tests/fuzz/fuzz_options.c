@@ -5,7 +5,7 @@
 
 #include "cli/common_options.h"
 #include "fuzz.h"
-#include "view/options.h"
+#include "view/controls.h"
 
 enum {
     MOST_WORDS = 64

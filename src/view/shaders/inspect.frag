@@ -33,18 +33,14 @@ bool filtered() {
     return looks.y != 0 && pointer.z == 0.0;
 }
 
-// Pixels of the window per texel of a picture of that size.
-float flat_scale(vec2 size) {
-    return min(viewport.x / size.x, viewport.y / size.y) * inspect_at.x;
-}
-
 // Point of the picture, from its upper left corner, at this pixel. Centres of
 // pixels are kept off the edges of texels, where rounding would decide.
 vec2 flat_point(vec2 size) {
     vec2 at = pointer.z == 0.0 ? gl_FragCoord.xy : pointer.xy;
     at = vec2(at.x, viewport.y - at.y) + 1.0 / 32.0;
+    vec2 fit = viewport.xy / size; // pixels per texel
     return size * (0.5 + inspect_at.yz) +
-           (at - 0.5 * viewport.xy) / flat_scale(size);
+           (at - 0.5 * viewport.xy) / (min(fit.x, fit.y) * inspect_at.x);
 }
 
 bool within(vec2 p, vec2 size) {
@@ -122,25 +118,7 @@ vec4 channel(vec4 c) {
     return vec4(looks.x == 0 ? c.rgb : vec3(grey), 1.0);
 }
 
-// R and G, interpolated between texel centres.
-vec2 table(vec2 p) {
-    return textureLod(lut_map, p / vec2(textureSize(lut_map, 0)), 0.0).rg;
-}
-
-// Part of a pixel that the lines at 0.1, 0.2, .. 0.9 of R and G cover, from the
-// distance to the nearest line along the slope. Without slope there is no line.
-vec2 lines(vec2 p, float pixel) {
-    vec2 h = vec2(0.5 * pixel, 0.0);
-    vec2 dx = table(p + h.xy) - table(p - h.xy);
-    vec2 dy = table(p + h.yx) - table(p - h.yx);
-    vec2 slope = sqrt(dx * dx + dy * dy);
-    vec2 v = table(p);
-    vec2 nearest = clamp(round(10.0 * v), 1.0, 9.0) / 10.0;
-    vec2 cover = clamp(1.0 - abs(v - nearest) / max(slope, 1e-6), 0.0, 1.0);
-    return mix(cover, vec2(0.0), lessThan(slope, vec2(1e-6)));
-}
-
-// N.V to the right, roughness upwards. White lines for R, blue lines for G.
+// N.V to the right, roughness upwards; scale and bias are red and green.
 texel flat_table() {
     vec2 size = vec2(textureSize(lut_map, 0));
     vec2 p = flat_point(size);
@@ -148,11 +126,8 @@ texel flat_table() {
         return OUTSIDE;
     p.y = size.y - p.y;
     vec2 at = min(floor(p), size - 1.0);
-    vec3 c = vec3(texelFetch(lut_map, ivec2(at), 0).rg, 0.0);
-    vec2 cover = (1.0 - pointer.z) * lines(p, 1.0 / flat_scale(size));
-    c = mix(c, vec3(0.0, 0.5, 1.0), cover.g);
-    return texel(vec4(mix(c, vec3(1.0), cover.r), 1.0), vec4(-1.0, 0.0, at),
-                 vec3((at + 0.5) / size, 0.0));
+    return texel(vec4(texelFetch(lut_map, ivec2(at), 0).rg, 0.0, 1.0),
+                 vec4(-1.0, 0.0, at), vec3((at + 0.5) / size, 0.0));
 }
 
 void main() {
