@@ -161,7 +161,8 @@ typedef struct drawing {
     double low[3], high[3], area[3], corner[3];
 } drawing;
 
-static void check_drawn(const ibl_scene *s, const drawing *want, double tolerance)
+static void check_drawn(const ibl_scene *s, const drawing *want,
+                        double tolerance)
 {
     double low[3] = {1e30, 1e30, 1e30}, high[3] = {-1e30, -1e30, -1e30};
     double area[3] = {0}, corner[3] = {0};
@@ -202,8 +203,8 @@ static void check_drawn(const ibl_scene *s, const drawing *want, double toleranc
     }
 }
 
-static const drawing a_square = {
-    1, 2, {-2, -1, 2}, {2, 1, 2}, {0, 0, 8}, {NAN, NAN, NAN}};
+static const drawing a_square = {1,         2,         {-2, -1, 2},
+                                 {2, 1, 2}, {0, 0, 8}, {NAN, NAN, NAN}};
 
 #define FILE_OF(nodes, more)                                                   \
     "{" BUFFER "," ACCESSORS ",'scenes':[{'nodes':[0]}],'nodes':[" nodes       \
@@ -211,8 +212,9 @@ static const drawing a_square = {
 #define PLACES_OF(uri, size, accessor, primitives)                             \
     "{'asset':{'version':'2.0'},'buffers':[{'uri':'mesh.bin','byteLength':76}" \
     ",{'uri':'" uri "','byteLength':" size "}],'bufferViews':[{'buffer':0,"    \
-    "'byteLength':48},{'buffer':1,'byteLength':" size "}],'accessors':[{"      \
-    accessor "'componentType':5126,'count':4,'type':'VEC3'}]," SCENE           \
+    "'byteLength':48},{'buffer':1,'byteLength':" size                          \
+    "}],'accessors':[{" accessor                                               \
+    "'componentType':5126,'count':4,'type':'VEC3'}]," SCENE                    \
     ",'meshes':[" primitives "]}"
 #define ONE_STRIP "{'primitives':[{'mode':5,'attributes':{'POSITION':0}}]}"
 #define SPARSE                                                                 \
@@ -296,8 +298,7 @@ TEST(small_files)
     static const float instances[2][10] = {
         {0, 0, 0, 0, 0, 0, 1, 1, 1, 1},
         {5, 6, 7, 0, 0, 0.70710678f, 0.70710678f, 2, 3, 4}};
-    static const float nowhere[12] = {NAN, -1, 2, 1, -1, 2,
-                                      -1,  1,  2, 1, 1,  2};
+    static const float nowhere[12] = {NAN, -1, 2, 1, -1, 2, -1, 1, 2, 1, 1, 2};
     static const struct {
         float place[3];
         uint16_t index, pad;
@@ -322,10 +323,15 @@ TEST(small_files)
 TEST(names_and_data)
 {
     static const char *const uris[] = {
-        "three.bin", "./a/../three.bin", "three%2ebin", ".\\\\three.bin",
-        "three.bin?v=1#x", "100%_%zz.bin",
+        "three.bin",
+        "./a/../three.bin",
+        "three%2ebin",
+        ".\\\\three.bin",
+        "three.bin?v=1#x",
+        "100%_%zz.bin",
         "data:application/octet-stream;base64,AACAPwAAAEAAAEBA",
-        "data:;base64,AACAPwAAAEAAAEBA==", "data:;BASE64 ,AACA%50wAAAEAAAEBA",
+        "data:;base64,AACAPwAAAEAAAEBA==",
+        "data:;BASE64 ,AACA%50wAAAEAAAEBA",
         "DATA:;base64, AACAPwAA%0A AEAAAEBA",
         "data:,%00%00%80%3f%00%00%00@%00%00@@"};
     static const float three[3] = {1, 2, 3};
@@ -442,84 +448,95 @@ static ibl_scene_survey survey_square(const char *material)
 
 /* The left texel is a metal of roughness 1/4, the right one none of 1. */
 static const unsigned char two[8] = {9, 64, 255, 9, 9, 255, 0, 9};
+/* The right texel has an alpha of a fifth. */
+static const unsigned char clear[8] = {255, 255, 255, 255, 255, 255, 255, 51};
+/* F0 of 1 by A = 1, and of 0 by 0. */
+static const unsigned char glossy[8] = {255, 255, 255, 255, 0, 0, 0, 0};
 
-TEST(survey_of_textures)
+#define COLOUR "'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}"
+#define TURNED(turn, more)                                                     \
+    MR(TRANSFORM("'rotation':" turn "1.5707963267948966,'scale':[9,0."         \
+                 "25]" more))
+#define GLOSS(more)                                                            \
+    "{'pbrMetallicRoughness':{'metallicFactor':1,'baseColorFactor':[0,0,0,1]}" \
+    ",'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':["  \
+    "0.5,0.5,0.5,1]," more "}}}"
+
+/* All that is in a survey: the bins that are not empty, with share, power and
+ * diffuse light. */
+static const char *survey_text(const ibl_scene_survey *s)
 {
-    save_texels(two);
-    const ibl_scene_survey half = survey_square(MR(""));
+    static const char *const names[] = {"metal", "other", "coat", "sheen"};
+    const ibl_survey_bin *const lists[] = {s->metal, s->dielectric,
+                                           s->clearcoat, s->sheen};
+    const char *text = test_text("%d", s->triangles);
 
-    CHECK_NEAR(half.metal[16].share, 0.5, 1e-4);
-    CHECK_NEAR(half.metal[16].power, 0.125, 1e-4);
-    CHECK_NEAR(half.dielectric[64].share, 0.5, 1e-4);
-    CHECK_NEAR(half.dielectric[64].power, 0.5, 1e-4);
-    CHECK_NEAR(half.dielectric[64].diffuse, 0.25, 1e-4);
-    CHECK_NEAR(ibl_survey_share(half.metal) + ibl_survey_share(half.dielectric),
-               1, 1e-9);
-    CHECK(half.images == 1 && half.materials == 1 && half.triangles == 2);
+    for (int i = 0; i < 4 * IBL_SURVEY_BINS; i++) {
+        const int bin = i % IBL_SURVEY_BINS;
+        const ibl_survey_bin *b = &lists[i / IBL_SURVEY_BINS][bin];
+        if (b->share > 1e-4)
+            text = test_text("%s, %s %d: %.3f %.3f %.3f", text,
+                             names[i / IBL_SURVEY_BINS], bin, b->share,
+                             b->power, b->diffuse);
+    }
+    return test_text("%s%s%s%s", text, s->unlit > 0.999 ? ", unlit" : "",
+                     s->anisotropic > 0.999 ? ", anisotropic" : "",
+                     fabs(s->transmission - 0.25) < 1e-6 ? ", clear" : "");
 }
 
-/* u goes over the left half only; over a quarter of the right one; turned by
- * 90 degrees, v goes over it, from right to left; mirrored, as repeated. */
-TEST(survey_of_transforms)
+/* By material and texels. u goes over the left half only; over a quarter of the
+ * right one; turned by 90 degrees, v goes over it, from right to left;
+ * mirrored, as repeated. F0 of an ior of 3 is ((3 - 1) / (3 + 1))^2 = 1/4 =
+ * mix(.04, 1, .21875). */
+TEST(surveys)
 {
     static const struct {
         const char *material;
-        double metal;
+        const unsigned char *texels;
+        const char *survey;
     } cases[] = {
-        {MR(TRANSFORM("'scale':[0.5,1]")), 1},
-        {MR(TRANSFORM("'scale':[0.5,1],'offset':[0.5,0]")), 0},
-        {MR(TRANSFORM("'scale':[0.75,1]")), 2.0 / 3},
-        {MR(TRANSFORM("'rotation':1.5707963267948966,'scale':[9,0.25]")), 1},
-        {MR(TRANSFORM("'rotation':1.5707963267948966,'scale':[9,0.25],'offset':"
-                      "[0.5,0]")),
-         0},
-        {MR(TRANSFORM("'rotation':-1.5707963267948966,'scale':[9,0.25]")), 0}};
+        {MR(""), two,
+         "2, metal 16: 0.500 0.125 0.000, other 64: 0.500 0.500 0.250"},
+        {MR(TRANSFORM("'scale':[0.5,1]")), two,
+         "2, metal 16: 1.000 0.250 0.000"},
+        {MR(TRANSFORM("'scale':[0.5,1],'offset':[0.5,0]")), two,
+         "2, other 64: 1.000 1.000 0.500"},
+        {MR(TRANSFORM("'scale':[0.75,1]")), two,
+         "2, metal 16: 0.667 0.167 0.000, other 64: 0.333 0.333 0.167"},
+        {TURNED("", ""), two, "2, metal 16: 1.000 0.250 0.000"},
+        {TURNED("", ",'offset':[0.5,0]"), two,
+         "2, other 64: 1.000 1.000 0.500"},
+        {TURNED("-", ""), two, "2, other 64: 1.000 1.000 0.500"},
+        {"{'alphaMode':'MASK'," COLOUR "}", clear,
+         "2, metal 64: 0.500 0.500 0.000"},
+        {"{'alphaMode':'BLEND'," COLOUR "}", clear,
+         "2, metal 64: 0.600 0.600 0.000"},
+        {"{" COLOUR "}", clear, "2, metal 64: 1.000 1.000 0.000"},
+        {"{'extensions':{'KHR_materials_unlit':{}}}", clear, "2, unlit"},
+        {"{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':0.5},"
+         "'extensions':{'KHR_materials_clearcoat':{'clearcoatFactor':0.5,"
+         "'clearcoatRoughnessFactor':0.125},'KHR_materials_sheen':{"
+         "'sheenColorFactor':[0.5,0.5,0.5],'sheenRoughnessFactor':0.75},"
+         "'KHR_materials_transmission':{'transmissionFactor':0.25},"
+         "'KHR_materials_ior':{'ior':3},'KHR_materials_anisotropy':{"
+         "'anisotropyStrength':1}}}",
+         two,
+         "2, metal 32: 0.219 0.219 0.000, other 32: 0.781 0.781 0.586, coat 8: "
+         "0.500 0.250 0.000, sheen 48: 1.000 0.250 0.000, anisotropic, clear"},
+        {GLOSS("'specularFactor':[0.04,0.04,0.04],'glossinessFactor':0.75"),
+         two, "2, other 16: 1.000 1.000 0.500"},
+        {GLOSS(
+             "'glossinessFactor':0.5,'specularGlossinessTexture':{'index':0}"),
+         glossy, "2, metal 32: 0.500 0.500 0.000, other 64: 0.500 0.000 0.250"},
+    };
 
-    save_texels(two);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        save_texels(cases[i].texels);
         const ibl_scene_survey s = survey_square(cases[i].material);
-        CHECK_NEAR(ibl_survey_share(s.metal), cases[i].metal, 1e-4);
+        const char *got = survey_text(&s);
+        CHECK_MSG(!strcmp(got, cases[i].survey), "%s: %s, not %s",
+                  cases[i].material, got, cases[i].survey);
     }
-}
-
-TEST(survey_of_alpha)
-{
-    static const unsigned char clear[8] = {255, 255, 255, 255,
-                                           255, 255, 255, 51};
-#define COLOUR "'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}"
-
-    save_texels(clear);
-    CHECK_NEAR(ibl_survey_share(
-                   survey_square("{'alphaMode':'MASK'," COLOUR "}").metal),
-               0.5, 1e-4);
-    CHECK_NEAR(ibl_survey_share(
-                   survey_square("{'alphaMode':'BLEND'," COLOUR "}").metal),
-               0.6, 1e-4);
-    CHECK_NEAR(ibl_survey_share(survey_square("{" COLOUR "}").metal), 1, 1e-9);
-    CHECK_NEAR(survey_square("{'extensions':{'KHR_materials_unlit':{}}}").unlit,
-               1, 1e-9);
-}
-
-TEST(survey_of_extensions)
-{
-    save_texels(two);
-    const ibl_scene_survey s = survey_square(
-        "{'pbrMetallicRoughness':{'metallicFactor':0,'roughnessFactor':0.5},"
-        "'extensions':{'KHR_materials_clearcoat':{'clearcoatFactor':0.5,"
-        "'clearcoatRoughnessFactor':0.125},'KHR_materials_sheen':{"
-        "'sheenColorFactor':[0.5,0.5,0.5],'sheenRoughnessFactor':0.75},"
-        "'KHR_materials_transmission':{'transmissionFactor':0.25},"
-        "'KHR_materials_ior':{'ior':3},'KHR_materials_anisotropy':{"
-        "'anisotropyStrength':1}}}");
-
-    /* F0 = ((3 - 1) / (3 + 1))^2 = 1/4 = mix(.04, 1, .21875) */
-    CHECK_NEAR(s.metal[32].share, 0.21875, 1e-6);
-    CHECK_NEAR(s.dielectric[32].share, 1 - 0.21875, 1e-6);
-    CHECK_NEAR(s.dielectric[32].diffuse, 0.75 * (1 - 0.21875), 1e-6);
-    CHECK_NEAR(s.clearcoat[8].power, 0.25, 1e-6);
-    CHECK_NEAR(s.sheen[48].share, 1, 1e-6);
-    CHECK_NEAR(s.transmission, 0.25, 1e-6);
-    CHECK_NEAR(s.anisotropic, 1, 1e-6);
 }
 
 /* Three times the area counts three times as much. */
@@ -626,8 +643,8 @@ typedef struct skinned {
     float inverse[BONES][16];
 } skinned;
 
-/* The mean over joints of where they take it, by weights. World matrices: bone 0
- * is the parent of the others and stands below root. */
+/* The mean over joints of where they take it, by weights. World matrices: bone
+ * 0 is the parent of the others and stands below root. */
 static void skin(const skinned *s, double all[BONES + 1][16], int v, double w,
                  const double p[3], double to[3])
 {
@@ -808,31 +825,6 @@ TEST(sets_of_coordinates)
     CHECK(s->primitives->texcoord[seventh]);
     NEED(!ibl_scene_survey_add(quiet, s, &survey));
     CHECK_NEAR(survey.metal[16].share, 0.5, 1e-4);
-}
-
-/* Specular and glossiness, alone and by a texture: the left texel has A = 9 /
- * 255, the right one 0. */
-TEST(specular_glossiness)
-{
-    static const unsigned char texels[8] = {255, 255, 255, 255, 0, 0, 0, 0};
-#define GLOSS(more)                                                            \
-    "{'pbrMetallicRoughness':{'metallicFactor':1,'baseColorFactor':[0,0,0,1]}" \
-    ","                                                                        \
-    "'extensions':{'KHR_materials_pbrSpecularGlossiness':{"                    \
-    "'diffuseFactor':[0.5,0.5,0.5,1]," more "}}}"
-
-    save_texels(texels);
-    const ibl_scene_survey plain = survey_square(
-        GLOSS("'specularFactor':[0.04,0.04,0.04],'glossinessFactor':0.75"));
-    CHECK_NEAR(plain.dielectric[16].share, 1, 1e-6);
-    CHECK_NEAR(plain.dielectric[16].power, 1, 1e-3);
-    CHECK_NEAR(plain.dielectric[16].diffuse, 0.5, 1e-6);
-    /* F0 of 1 at roughness 1/2, and of 0 at 1. */
-    const ibl_scene_survey half = survey_square(GLOSS(
-        "'glossinessFactor':0.5,'specularGlossinessTexture':{'index':0}"));
-    CHECK_NEAR(half.metal[32].share, 0.5, 1e-4);
-    CHECK_NEAR(half.dielectric[64].share, 0.5, 1e-4);
-    CHECK_NEAR(half.dielectric[64].power, 0, 1e-9);
 }
 
 static int named; /* lines that name what is looked for */
