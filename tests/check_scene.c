@@ -229,8 +229,8 @@ TEST(small_files)
     } cases[] = {
         {"a fan, lines, which are left out, and a triangle",
          "{" BUFFER "," ACCESSORS "," SCENE
-         ",'meshes':[{'primitives':[{'mode':6,'attributes':{'POSITION':0,"
-         "'NORMAL':0},'indices':3},{'mode':1,'attributes':{'POSITION':0}},{"
+         ",'meshes':[{'primitives':[{'mode':6,'attributes':{'POSITION':0"
+         "},'indices':3},{'mode':1,'attributes':{'POSITION':0}},{"
          "'attributes':{'POSITION':0,'NORMAL':0}}]}]}",
          "1 primitives are points, lines",
          {2, 3, {-2, -1, 2}, {2, 1, 2}, {0, 0, 4}, {-2, -1, 2}}},
@@ -245,6 +245,15 @@ TEST(small_files)
          FILE_OF("{'mesh':0,'matrix':[0,2,0,0,-3,0,0,0,0,0,4,0,5,6,7,1]}", ""),
          "",
          {1, 2, {2, 4, 15}, {8, 8, 15}, {0, 0, 24}, {8, 4, 15}}},
+        {"a turn about no axis",
+         FILE_OF("{'mesh':0,'rotation':[0.1,0.5,-0.7,0.5]}", ""),
+         "",
+         {1,
+          2,
+          {-0.56, -2.2, -0.28},
+          {2, -1, 2.2},
+          {1.44, -3.2, 1.92},
+          {0.4, -1, 2.2}}},
         {"far from the origin",
          FILE_OF("{'children':[1,2],'translation':[4131346.164399078,0,0]},{"
                  "'mesh':0,'translation':[0.3,0,0]},{'mesh':0,'translation':[0"
@@ -633,11 +642,11 @@ enum {
     BONES = 3
 };
 
-/* As the file has them: places and normals, joints and two sets of weights
- * of four for each vertex, then the inverse binds by columns. */
+/* As the file has them: places, normals and tangents, joints and two sets of
+ * weights of four for each vertex, then the inverse binds by columns. */
 typedef struct skinned {
     int16_t place[SKINNED][4]; /* 3 of 1 / 32767 */
-    float normal[SKINNED][3];
+    float normal[SKINNED][3], tangent[SKINNED][4];
     unsigned char joints[2][SKINNED][4];
     unsigned char weights[2][SKINNED][4]; /* of 255 in all */
     float inverse[BONES][16];
@@ -690,7 +699,9 @@ static void make_skinned(skinned *s)
         const double n[3] = {spin(), spin(), spin()};
         const double length = sqrt(test_dot(n, n));
         for (int k = 0; k < 3; k++)
-            s->normal[v][k] = (float)(n[k] / length);
+            s->normal[v][k] = s->tangent[v][(k + 1) % 3] =
+                (float)(n[k] / length);
+        s->tangent[v][3] = 1;
     }
     for (int i = 0; i < BONES; i++)
         for (int k = 0; k < 16; k++)
@@ -716,6 +727,7 @@ static const char *views_text(void)
         const char *kind;
     } parts[] = {{offsetof(skinned, place), 5122, "VEC3"},
                  {offsetof(skinned, normal), 5126, "VEC3"},
+                 {offsetof(skinned, tangent), 5126, "VEC4"},
                  {offsetof(skinned, joints[0]), 5121, "VEC4"},
                  {offsetof(skinned, joints[1]), 5121, "VEC4"},
                  {offsetof(skinned, weights[0]), 5121, "VEC4"},
@@ -724,7 +736,7 @@ static const char *views_text(void)
                  {sizeof(skinned), 0, NULL}};
     const char *views = "", *accessors = "";
 
-    for (int i = 0; i < 7; i++) {
+    for (int i = 0; i < 8; i++) {
         views = test_text(
             "%s%s{'buffer':0,'byteOffset':%zu,'byteLength':%zu%s}", views,
             i ? "," : "", parts[i].at, parts[i + 1].at - parts[i].at,
@@ -732,21 +744,23 @@ static const char *views_text(void)
         accessors = test_text("%s%s{'bufferView':%d,'componentType':%d,'count':"
                               "%d,'type':'%s','normalized':%s}",
                               accessors, i ? "," : "", i, parts[i].type,
-                              i < 6 ? SKINNED : BONES, parts[i].kind,
-                              i == 0 || i == 4 || i == 5 ? "true" : "false");
+                              i < 7 ? SKINNED : BONES, parts[i].kind,
+                              i == 0 || i == 5 || i == 6 ? "true" : "false");
     }
     return test_text("'bufferViews':[%s],'accessors':[%s]", views, accessors);
 }
 
 /* Of a normal is known that where tangents go stays at right angles to it, and
- * the side on which it is. */
+ * the side on which it is. Tangents go with the vertex, and change their side
+ * in a mirror. */
 static void check_skinned(const ibl_scene *s, const skinned *from,
                           double all[BONES + 1][16])
 {
     const ibl_scene_primitive *p = s->primitives;
     double size = 0;
 
-    NEED(s->draw_count == 1 && p->vertex_count == SKINNED && !p->joints[0]);
+    NEED(s->draw_count == 1 && p->vertex_count == SKINNED && !p->joints[0] &&
+         p->tangent);
     for (int k = 0; k < 3; k++)
         size = fmax(size, s->bounds[1][k] - s->bounds[0][k]);
     for (int v = 0; v < SKINNED; v++) {
@@ -770,6 +784,17 @@ static void check_skinned(const ibl_scene *s, const skinned *from,
         CHECK_NEAR(test_dot(n, moved), 0, 1e-5 * sqrt(test_dot(moved, moved)));
         skin(from, all, v, 0, normal, moved);
         CHECK(test_dot(n, moved) > 0);
+        double frame[3][3], side[3];
+        for (int k = 0; k < 3; k++) {
+            const double unit[3] = {k == 0, k == 1, k == 2};
+            skin(from, all, v, 0, unit, frame[k]);
+            tangent[k] = (double)from->tangent[v][k];
+            n[k] = (double)p->tangent[4 * v + k];
+        }
+        cross(frame[0], frame[1], side);
+        CHECK((p->tangent[4 * v + 3] > 0) == (test_dot(side, frame[2]) > 0));
+        skin(from, all, v, 0, tangent, moved);
+        CHECK_NEAR(test_dot(n, moved) / sqrt(test_dot(moved, moved)), 1, 1e-5);
     }
 }
 
@@ -793,9 +818,9 @@ TEST(skins)
         const ibl_scene *s = read_text(test_text(
             "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0,4]}],'nodes':["
             "%s],'buffers':[{'uri':'skin.bin','byteLength':%zu}],%s,'skins':[{"
-            "'joints':[1,2,3],'inverseBindMatrices':6}],'meshes':[{"
-            "'primitives':[{'attributes':{'POSITION':0,'NORMAL':1,'JOINTS_0':2,"
-            "'JOINTS_1':3,'WEIGHTS_0':4,'WEIGHTS_1':5}}]}]}",
+            "'joints':[1,2,3],'inverseBindMatrices':7}],'meshes':[{"
+            "'primitives':[{'attributes':{'POSITION':0,'NORMAL':1,'TANGENT':2,"
+            "'JOINTS_0':3,'JOINTS_1':4,'WEIGHTS_0':5,'WEIGHTS_1':6}}]}]}",
             nodes, sizeof *from, views_text()));
         check_skinned(s, from, all);
     }
