@@ -181,10 +181,13 @@ TEST(an_edited_index_is_sorted)
 
     json_array_append(probes, json_array_get(probes, 0));
     json_array_remove(probes, 0);
+    json_object_set_new(json_object_get(root, "irradiance"), "scale",
+                        json_string("E"));
     NEED(!json_dump_file(root, path, 0));
     json_decref(root);
     const ibl_probe_index x = read_index(path);
     check_probes(&x);
+    CHECK_NEAR(x.irradiance_scale, 0.31830988618379067, 1e-15);
 }
 
 /* Of a cross only its faces count: the rest has no alpha, for which rgb9e5 has

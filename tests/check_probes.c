@@ -265,6 +265,8 @@ TEST(blend_by_definition)
             CHECK_NEAR(weights[i] * (double)kept,
                        (double)(fmaxl(share[i] - next, 0) * all), 1e-13);
         CHECK_NEAR(mix.rest, (double)(1 - all), 1e-13);
+        for (int i = 0; i < mix.count; i++)
+            CHECK(mix.weight[i] > 0);
         for (int i = 1; i < mix.count; i++) {
             int a = 0, b = 0;
             while (order[a] != mix.probe[i - 1])
