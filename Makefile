@@ -117,9 +117,6 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)) \
            $(BUILD)/obj/gen/lobe_tables.o
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
-ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_model,$(BENCHES))
-endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -316,10 +313,6 @@ $(BUILD)/tests/check_rendered: TEST_LIBS = $(LIB)
 $(BUILD)/tests/check_rendered: $(addprefix $(BUILD)/obj/src/, cli/figures.o \
     cli/lookup.o cli/rendered.o common/signals.o common/process.o)
 
-# The whole command, with other samples.
-$(BUILD)/tests/bench_choice: TEST_LIBS = -Wl,--wrap=ibl_truth_make $(LIB)
-$(BUILD)/tests/bench_choice: $(call obj,$(CLI_SRC)) $(CLI_GEN)
-
 $(BUILD)/tests/check_engine: TEST_LIBS = $(LIB)
 
 $(BUILD)/tests/check_scene: TEST_LIBS = $(LIB)
@@ -340,8 +333,8 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
 $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=ibl_now
 
-VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_model, \
-                       $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_%,$(TESTS)) \
+              $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
                    src/cli/lookup.c) \

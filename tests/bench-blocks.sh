@@ -3,10 +3,9 @@
 # Our BC6H and UASTC HDR beside those of Basis Universal (ktx2-encoder and
 # three.js of npm): a Markdown table for each map, of its default levels, with
 # seconds of one processor, kB with Zstandard 19, and errors as ibl/io.h defines
-# them; and a picture of the last map, see bench_blocks.c.
+# them.
 #   bench-blocks.sh [BUILD [MAP...]]
 #                   build, data/forest.exr and quarry_01_1k.hdr
-# The picture is BUILD/blocks/blocks.png; PICTURE names another place.
 set -eu
 build=${1:-build}
 [ $# -lt 1 ] || shift
@@ -36,5 +35,4 @@ for map; do
     seconds=$(node "$(dirname "$0")/bench_blocks.mjs" "$npm" "$work")
     # shellcheck disable=SC2086
     "$build/tests/bench_blocks" "$work" "${name%.*}" $seconds
-    oiiotool "$work/blocks.ppm" -o "${PICTURE:-$work/blocks.png}"
 done

@@ -6,9 +6,7 @@
  *
  * reads the cubes DIR/rgba32f_specular.ktx2 and, of the peer,
  * DIR/peer_bc6h.ktx2 and DIR/peer_uastc-hdr.ktx2, which took it those seconds,
- * prints a Markdown table, and writes DIR/blocks.ppm: what is around the
- * brightest texel in levels 0 and 1, exact, in our BC6H and in the peer's, then
- * |d - t| / |t| of both, white being 10 %.
+ * and prints a Markdown table.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -17,13 +15,6 @@
 
 #include "ibl/io.h"
 #include "test.h"
-
-enum {
-    TILE = 192,
-    TILES = 5,
-    ROWS = 2,
-    WIDTH = TILE * TILES
-};
 
 static const char *dir;
 static ibl_ctx *ctx; /* of one thread */
@@ -44,8 +35,6 @@ static void read_texture(const char *name, ibl_texture *tex)
     snprintf(path, sizeof path, "%s/%s.ktx2", dir, name);
     must(!ibl_texture_read(ctx, path, tex, NULL), name);
 }
-
-/* ---- table ------------------------------------------------------------- */
 
 static double error_of(const ibl_pixel_error *e, bool relative)
 {
@@ -91,9 +80,8 @@ static void tell(const char *name, ibl_texture *tex, double ms,
     printf("\n");
 }
 
-/* Prints the rows of a format. Cubes of normal quality and of the peer. */
-static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
-                    ibl_cube *theirs)
+/* Prints the rows of a format. */
+static void compare(ibl_pixel pixel, const char *seconds)
 {
     const char *const names[] = {"fast", "normal", "best", "alike"};
     const int kinds = pixel == IBL_PIXEL_UASTC_HDR ? 4 : 3;
@@ -103,9 +91,7 @@ static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
 
     snprintf(name, sizeof name, "peer_%s", ibl_pixel_name(pixel));
     read_texture(name, &peer);
-    must(!ibl_texture_errors(ctx, &peer, &exact, e) &&
-             !ibl_texture_to_cube(ctx, &peer, theirs),
-         name);
+    must(!ibl_texture_errors(ctx, &peer, &exact, e), name);
     for (int q = 0; q < kinds; q++) {
         ibl_texel_options o = {.pixel = pixel,
                                .quality =
@@ -117,8 +103,6 @@ static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
         const double ms = test_ms(CLOCK_PROCESS_CPUTIME_ID) - begin;
         snprintf(name, sizeof name, "%s %s", ibl_pixel_name(pixel), names[q]);
         tell(name, &tex, ms, e);
-        must(q != IBL_QUALITY_NORMAL || !ibl_texture_to_cube(ctx, &tex, ours),
-             name);
         ibl_texture_free(&tex);
     }
     snprintf(name, sizeof name, "%s, peer", ibl_pixel_name(pixel));
@@ -126,64 +110,9 @@ static void compare(ibl_pixel pixel, const char *seconds, ibl_cube *ours,
     ibl_texture_free(&peer);
 }
 
-/* ---- picture ----------------------------------------------------------- */
-
-static void put(double value, FILE *to)
-{
-    putc((int)(255 * fmin(value, 1) + 0.5), to);
-}
-
-/* A texel of a column. white: radiance that is shown at half the brightness. */
-static void put_texel(const ibl_cube *const cubes[3], size_t texel, int column,
-                      double white, FILE *to)
-{
-    const float *t = cubes[0]->data + 3 * texel;
-    const float *d = cubes[column < 3 ? column : column - 2]->data + 3 * texel;
-    double error = 0, all = 1e-30;
-
-    for (int c = 0; c < 3; c++) {
-        error += pow((double)d[c] - (double)t[c], 2);
-        all += pow((double)t[c], 2);
-    }
-    for (int c = 0; c < 3; c++)
-        put(column < 3 ? sqrt(d[c] / (d[c] + white)) : 10 * sqrt(error / all),
-            to);
-}
-
-/* Where a part of an edge begins that has `at` in its middle. */
-static int begin(int at, int part, int edge)
-{
-    const int from = at > part / 2 ? at - part / 2 : 0;
-
-    return from < edge - part ? from : edge - part;
-}
-
-/* A sixteenth of the face, the texel `most` of level 0 in its middle. */
-static void draw(const ibl_cube *const cubes[3], int most, FILE *to)
-{
-    const int n = exact.size, part = n / 4, face = most / (n * n);
-    const int left = begin(most % n, part, n);
-    const int top = begin(most / n % n, part, n);
-    const double white = cbrt((double)exact.data[3 * most + 1]);
-
-    fprintf(to, "P6 %d %d 255\n", TILES * TILE, ROWS * TILE);
-    for (int y = 0; y < ROWS * TILE; y++)
-        for (int x = 0; x < TILES * TILE; x++) {
-            const int l = y / TILE, edge = n >> l;
-            const int u = (left + x % TILE * part / TILE) >> l;
-            const int v = (top + y % TILE * part / TILE) >> l;
-            const int at = (face * edge + v) * edge + u;
-            put_texel(cubes, ibl_cube_texels(n, l) + (size_t)at, x / TILE,
-                      white, to);
-        }
-}
-
 int main(int argc, char **argv)
 {
     ibl_texture tex = {0};
-    ibl_cube cubes[4] = {{0}};
-    char path[4096];
-    int most = 0;
 
     if (argc != 5) {
         fprintf(stderr, "usage: bench_blocks DIR NAME SECONDS SECONDS\n");
@@ -196,17 +125,8 @@ int main(int argc, char **argv)
     printf("| %s | s | kB | nRMSE of levels, %% | relative, %% | nRMSE to the "
            "peer's | relative |\n|---|---|---|---|---|---|---|\n",
            argv[2]);
-    compare(IBL_PIXEL_UASTC_HDR, argv[3], &cubes[2], &cubes[3]);
-    compare(IBL_PIXEL_BC6H, argv[4], &cubes[0], &cubes[1]);
+    compare(IBL_PIXEL_UASTC_HDR, argv[3]);
+    compare(IBL_PIXEL_BC6H, argv[4]);
     printf("\n");
-
-    for (int i = 0; i < 6 * exact.size * exact.size; i++)
-        if (exact.data[3 * i + 1] > exact.data[3 * most + 1])
-            most = i;
-    snprintf(path, sizeof path, "%s/blocks.ppm", dir);
-    FILE *to = fopen(path, "wb");
-    must(to, path);
-    draw((const ibl_cube *[]){&exact, &cubes[0], &cubes[1]}, most, to);
-    must(!fclose(to), path);
     return 0;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What `iblbake probes` bakes, read by the library: the probes that went in,
- * and the light of captures whose harmonics are known. */
+ * and the light of captures whose harmonics are known. check-probes.sh: texels
+ * are those of bakes of one map. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -180,10 +181,38 @@ TEST(an_edited_index_is_sorted)
 
     json_array_append(probes, json_array_get(probes, 0));
     json_array_remove(probes, 0);
+    json_object_set_new(json_object_get(root, "irradiance"), "scale",
+                        json_string("E"));
     NEED(!json_dump_file(root, path, 0));
     json_decref(root);
     const ibl_probe_index x = read_index(path);
     check_probes(&x);
+    CHECK_NEAR(x.irradiance_scale, 0.31830988618379067, 1e-15);
+}
+
+/* Of a cross only its faces count: the rest has no alpha, for which rgb9e5 has
+ * no room. */
+TEST(crosses_have_alpha_in_their_faces)
+{
+    enum {
+        FACE = 8,
+        MOST = 12 * FACE * FACE
+    };
+    float rgb[3 * MOST], alpha[MOST];
+
+    bake("sums", "filament", "--irradiance sh");
+    for (int upright = 0; upright < 2; upright++) {
+        const int w = (upright ? 3 : 4) * FACE, h = 7 * FACE - w;
+        for (int i = 0; i < 3 * w * h; i++)
+            rgb[i] = alpha[i / 3] =
+                i / 3 % w / FACE == 1 || i / 3 / w / FACE == 1;
+        NEED(file_save_exr(file_path("cross.exr"), &(ibl_image){w, h, rgb},
+                           alpha));
+        NEED(file_run("sed 's/equirect\": \"[0-9]/cross\": \"cross/g' "
+                      "set.json >cross.json && '%s' probes -q cross.json -o "
+                      "crosses --pixel rgb9e5 --size 8 --any-aspect",
+                      file_built("iblbake")));
+    }
 }
 
 /* ---- what will not do --------------------------------------------------- */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which probes a point has, against definitions written out a second time, and
- * how fast weights change along random walks. */
+/* Which probes a point has, against definitions written out a second time. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -266,6 +265,8 @@ TEST(blend_by_definition)
             CHECK_NEAR(weights[i] * (double)kept,
                        (double)(fmaxl(share[i] - next, 0) * all), 1e-13);
         CHECK_NEAR(mix.rest, (double)(1 - all), 1e-13);
+        for (int i = 0; i < mix.count; i++)
+            CHECK(mix.weight[i] > 0);
         for (int i = 1; i < mix.count; i++) {
             int a = 0, b = 0;
             while (order[a] != mix.probe[i - 1])
@@ -296,79 +297,6 @@ TEST(blend_of_equals)
         CHECK_NEAR(mix.weight[i],
                    0.04296875 * (IBL_MAX_PROBES_AT + 1) / IBL_MAX_PROBES_AT,
                    1e-15);
-}
-
-/* ---- walks -------------------------------------------------------------- */
-
-/* Steps now straight on, now into another direction. */
-static void step_from(test_random *r, const double p[3], double step,
-                      double d[3], double q[3])
-{
-    if (test_random_below(r, 20) == 0)
-        random_point(r, 1, d);
-    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    for (int i = 0; i < 3; i++)
-        q[i] = p[i] + d[i] * (step / length);
-}
-
-/* The sum of 1.5 / blend over the probes whose width is within a step. */
-static double blend_slope(const ibl_probe *probes, int count, const double p[3],
-                          double step)
-{
-    double slope = 0;
-
-    for (int i = 0; i < count; i++) {
-        const double depth = (double)true_depth(&probes[i].influence, p);
-        if (depth > -step && depth < probes[i].blend + step)
-            slope += 1.5 / probes[i].blend;
-    }
-    return slope;
-}
-
-/* Weights are no steeper than ibl/probes.h says, but where many have a share.
- */
-static void walk(test_random *r, double step, int counts[2])
-{
-    ibl_probe probes[MOST];
-    ibl_probe_mix mix[2];
-    long double share[MOST];
-    double p[2][3], d[3] = {1, 0, 0}, weight[2][MOST];
-    const int count = random_set(r, probes);
-    bool crowd[2] = {false, false};
-    int order[MOST];
-
-    ibl_probes_order(probes, count, order);
-    random_point(r, 2, p[0]);
-    for (int i = 0; i <= 200; i++) {
-        const int now = i % 2, before = !now;
-        const double slope = blend_slope(probes, count, p[before], step);
-        if (i > 0)
-            step_from(r, p[before], step, d, p[now]);
-        ibl_probes_blend(probes, count, order, p[now], NULL, &mix[now]);
-        dense(&mix[now], weight[now]);
-        crowd[now] = true_shares(probes, count, order, p[now], NULL, share) >
-                     IBL_MAX_PROBES_AT;
-        if (i == 0)
-            continue;
-        counts[0]++;
-        for (int j = 0; j < count && !crowd[0] && !crowd[1]; j++) {
-            const double moves = fabs(weight[0][j] - weight[1][j]);
-            CHECK_MSG(moves <= slope * step + 1e-12,
-                      "weight steps by %g, at most %g", moves, slope * step);
-            counts[1] += (weight[0][j] > 0) != (weight[1][j] > 0);
-        }
-        CHECK(fabs(mix[0].rest - mix[1].rest) <= slope * step + 1e-12);
-    }
-}
-
-TEST(walks)
-{
-    test_random r = {5};
-    int blend[2] = {0};
-
-    for (int n = 0; n < 600; n++)
-        walk(&r, 2e-3, blend);
-    CHECK_MSG(blend[0] > 60000 && blend[1] > 100, "%d, %d", blend[0], blend[1]);
 }
 
 /* ---- for shaders -------------------------------------------------------- */
@@ -417,7 +345,7 @@ TEST(no_nan)
     ibl_probe probes[6] = {0};
     ibl_probe_mix mix;
     int order[6];
-    const int rounds = TEST_SANITIZED ? 20000 : 200000;
+    const int rounds = TEST_SANITIZED ? 5000 : 50000;
     int corrected = 0;
 
     for (int n = 0; n < rounds; n++) {
