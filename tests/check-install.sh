@@ -37,7 +37,9 @@ make=(env PATH="$work/bin:$PATH" make --no-print-directory DEPS=no
 if [ -n "$same" ] && [ -e "$build/used-cc" ]; then
     mkdir "$tarball/build"
     cp -a "$build"/{obj,gen,used-*} "$tarball/build"
-    rm -r "$tarball/build/obj/src/cli" "$tarball/build/obj/tests"
+    rm -rf "$tarball/build/obj/src/cli" "$tarball/build/obj/tests"
+    sed -i "s|-map=$top=|-map=$tarball=|" "$tarball/build/used-cc"
+    touch -d '2001-01-01' "$tarball/build/used-cc"
     find "$tarball" -path "$tarball/build" -prune -o -type f \
         -exec touch -d '2001-01-01' {} +
 fi
