@@ -5,7 +5,7 @@
 set -u
 . tests/lib.sh
 need node make script
-repeats='same_bytes'
+repeats='same_bytes|incremental_options|depfile|progress|words|collide|tree'
 use iblbake
 options='--size 16 --lut-size 16 --irradiance-size 4 --lobe-table-size 8'
 
@@ -45,7 +45,7 @@ times() { find "$1" -type f -printf '%p %T@ %i\n' | sort; }
 test_same_bytes_as_single_bakes() {
     local n
     singly alone
-    for n in 1 2 5; do
+    for n in 1 5; do
         bake m/* -o "many$n" -j $n
         diff -r alone "many$n"
     done
@@ -56,16 +56,15 @@ test_same_bytes_as_single_bakes() {
 
 test_same_bytes_with_options() {
     local set options=
-    for set in '--target three,babylon-env,filament --size 16' \
+    for set in '--target three,babylon-env --size 16' \
         '--levels 2 --sun --verify --size 16 --lut-size 16' \
-        '--only irradiance --sh-format cmgen --irradiance-size 4' \
-        '--only lobe-table,skybox --skybox 8 --incremental' \
-        '--pixel rgba32f --format dds --mapping linear --size 16 --lut-size 16'; do
+        '--only irradiance,skybox --skybox 8 --sh-format cmgen --irradiance-size 4'; do
+        taken || continue
         # shellcheck disable=SC2086
         singly alone $set >/dev/null
         # shellcheck disable=SC2086
         bake m -o many $set >/dev/null
-        diff -r -x .iblbake alone many || echo "with $set"
+        diff -r alone many || echo "with $set"
         rm -rf alone many
     done
 }
@@ -268,7 +267,7 @@ test_tree() {
 }
 
 test_depfile() {
-    local n t=$'\t'
+    local t=$'\t'
     cat >Makefile <<END
 lit/sun.json: m/sun.hdr m/mild.exr
 ${t}iblbake -q $options m/sun.hdr m/mild.exr -o lit --incremental --depfile d
@@ -284,10 +283,8 @@ END
     done | diff - d
     # The rules of maps that are kept are those of maps that are baked.
     mv d baked
-    for n in 1 2; do
-        make -s lit/sun.json -B
-        diff baked d && rm d
-    done
+    make -s lit/sun.json -B
+    diff baked d
     # It replaces no environment and no output, baked or kept.
     cp -r m was
     set -- iblbake $options m/sun.hdr m/mild.exr -o lit --keep-going
@@ -336,11 +333,6 @@ want('failed', maps.filter(e => e.state === 'failed').length === 1 &&
     maps.find(e => e.state === 'failed').error.includes('bad.hdr'));
 want('end', end.event === 'end' && end.baked === 4 && end.failed === 1);
 END
-    # A name that is no text.
-    cp m/sun.hdr $'m/\377%.hdr'
-    iblbake -q $options m/map1.hdr $'m/\377%.hdr' -o odd --keep-going \
-        --progress json >events 2>/dev/null
-    grep -q $'"map":"m/\357\277\275%.hdr".*no UTF-8' events || cat events
 }
 
 test_words_in_order() {
@@ -366,7 +358,7 @@ test_words_in_order() {
 test_shards() {
     local k n
     singly alone
-    for n in 2 4; do
+    for n in 3; do
         for ((k = 1; k <= n; k++)); do
             iblbake $options m -o many$n --shard $k/$n --progress json >part$k &
         done
@@ -424,7 +416,7 @@ test_two_runs() {
         bake m/sun.hdr -o out --incremental --levels $run
     done
     diff -r -x .iblbake two out
-    for run in {1..20}; do
+    for run in {1..8}; do
         iblbake -q $options m/sun.hdr -o out --levels 1 &
         iblbake -q $options m/sun.hdr -o out --levels 2
         wait
@@ -459,12 +451,8 @@ test_memory_is_planned() {
     done <<'END'
 
 --size 512 --lut-size 16
---size 512 --zstd 1 --lut-size 16
 --skybox 512 --sun --lut-size 16
 --size 512 --pixel rgba32f --only specular
---method sampled --samples 2 --lut-size 16
---only irradiance
---only json --sh 64
 --preview p.png --lut-size 16
 --layout octahedral --size 256 --lut-size 16
 --size 1024 --levels 2 --up z --lut-size 16

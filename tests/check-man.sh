@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The manual pages, --help and the parser name the same options with the same
-# ranges and defaults; man/iblbake-NAME.1 is the page of `iblbake NAME`, and
+# The manual pages and --help name the same options with the same ranges and
+# defaults (check-pairs.sh runs each option of --help); man/iblbake-NAME.1 is the page of `iblbake NAME`, and
 # man/iblview.1 that of the viewer, where that was built. BUILD names the build.
 set -u
 . tests/lib.sh
@@ -37,41 +37,26 @@ check_page() { # PAGE, of the command in run
     verdict "$page: options of page and --help" \
         "$(cut -f 1 "$work/help" | diff - "$work/page")"
 
-    # Each long name is known to the parser as what the page says it is: with a
-    # value or without.
-    while IFS= read -r entry; do
-        name=${entry##*--}
-        name=${name%% *}
-        case $entry in
-        *' '[A-Z]*) got=$("${run[@]}" "--$name" 2>&1) want='has no value' ;;
-        *) got=$("${run[@]}" "--$name=x" 2>&1) want='takes no value' ;;
-        esac
-        why=$got
-        [[ $got != *"$want"* || $got == *$'\n'* ]] || why=
-        verdict "$page: parser: $name" "$why"
-    done <"$work/page"
-
     # Ranges and defaults: what --help has in its last parentheses must be in
     # the page under the option, in the same words.
     # (Bold is written as a letter, a backspace and the letter again.)
     mandoc -Tascii -O width=1000 "$page" | sed 's/.\x08//g' >"$work/text"
-    while IFS=$'\t' read -r entry text; do
-        case $text in
-        *' ('*'(both 0)'*) facts=${text#* (} ;;
-        *' ('*')') facts=${text##* (} ;;
-        *) continue ;;
-        esac
-        facts=${facts%)}
-        block=$(awk -v entry="$entry" '
-            $0 ~ "^ *-" { s = $0; sub(/^ +/, "", s)
-                on = index(s " ", entry " ") == 1 }
-            on' "$work/text" | tr -s ' \n' ' ')
-        why=
-        while IFS= read -r fact; do
-            [[ $block == *"$fact"* ]] || why="$why no '$fact' under it"
-        done <<<"${facts//; /$'\n'}"
-        verdict "$page: $entry" "$why"
-    done <"$work/help"
+    awk -F '\t' '
+        function flat(s) { gsub(/[ \n]+/, " ", s); return s }
+        FNR == NR {
+            if ($0 ~ /^ *-/) { at++; sub(/^ +/, "") }
+            block[at] = block[at] " " $0
+            if ($0 ~ /^-/) head[at] = $0 " "
+            next
+        }
+        match($2, / \([^()]*(\(both 0\)[^()]*)?\)$/) {
+            facts = substr($2, RSTART + 2, RLENGTH - 3); text = ""
+            for (i = 1; i <= at; i++)
+                if (index(head[i], $1 " ") == 1) text = text flat(block[i])
+            for (i = split(facts, fact, "; "); i > 0; i--)
+                if (!index(text, fact[i])) print $1 ": no " fact[i] " under it"
+        }' "$work/text" "$work/help" >"$work/why"
+    verdict "$page: ranges and defaults" "$(cat "$work/why")"
 
     # The headings of --help are headings of the page, as it is read: a word
     # that is a macro of mdoc would be another there.

@@ -5,8 +5,8 @@
 # programs, and on nonsense. BUILD names the build.
 set -u
 . tests/lib.sh
-slow='lobes|every_thread|damage_is|figures_of|containers_and|in_spite'
-repeats='thread|damage_is|figures_of|estimates|rendered_bound'
+slow='lobes|damage_is|containers_and|in_spite'
+repeats='damage_is|figures|estimates|memory|mixed|colours|sidecar_or|in_spite|own_bakes'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"
@@ -68,22 +68,17 @@ test_memory() {
     (ulimit -v 88000; MAX=1 accept -j 1 env.hdr large)
 }
 
-# Flat maps: every texel is the sum of its own direction, in every container,
-# mirrored or not; as another layout it is not.
+# Flat maps: every texel is the sum of its own direction, mirrored or not; turned
+# otherwise it is not.
 test_layouts() {
-    local layout format
+    local layout
     for layout in equirect octahedral; do
-        for format in ktx2 ktx dds; do
-            [ $sanitized = no ] || [ $format = ktx2 ] || continue
-            iblbake -q $small --layout $layout --format $format --skybox 16 \
-                --pixel rgba32f --mirror x --rotate 20 env.exr -o $format
-            MAX=3e-3 accept env.exr $format
-        done
-        grep -q "\"layout\": \"$layout\"" ktx2/env.json || echo "no layout"
-        MAX=3e-3 refuse --rotate 60 env.exr ktx2
-        iblbake verify -q --rendered --directions 24 env.exr ktx2 || echo "not rendered"
-        iblbake -q $small --layout $layout --verify --max-error 3e-3 env.exr \
-            -o again || echo "not verified"
+        taken || continue
+        iblbake -q $small --layout $layout --skybox 16 --pixel rgba32f --mirror x \
+            --rotate 20 env.exr -o $layout --max-error 3e-3 || echo "not verified"
+        MAX=3e-3 accept env.exr $layout
+        MAX=3e-3 refuse --rotate 60 env.exr $layout
+        iblbake verify -q $few env.exr $layout || echo "not rendered"
     done
 }
 
@@ -92,20 +87,16 @@ test_layouts() {
 # Axes are turned back by the keys, or by the sidecar of files without keys;
 # files that say nothing are judged as they are.
 test_axes() {
-    local axes only='--only specular,irradiance,skybox,json'
-    for axes in '--mirror x' '--mirror z --up z' '--mirror xz'; do
-        rm -rf out
-        iblbake -q env.exr -o out --size 16 --irradiance-size 8 --skybox 8 \
-            $only $axes --verify --max-error 2e-3 >/dev/null || echo "$axes"
-        MAX=2e-3 accept env.exr out
-        cp out/env_specular.ktx2 same.ktx2
-        MAX=2e-3 accept env.exr --specular same.ktx2
-        sed -i 's/iblbake\.mirror/iblbake.mirroR/; s/iblbake\.up/iblbake.uP/' \
-            same.ktx2
-        MAX=0.1 refuse env.exr --specular same.ktx2
-    done
-    iblbake -q env.exr -o dds --size 16 --skybox 8 --format dds $only \
-        --mirror x --up z
+    local only='--only specular,irradiance,skybox,json'
+    set -- --size 16 --irradiance-size 8 --skybox 8 $only --mirror x --up z
+    iblbake -q env.exr -o out "$@" --max-error 2e-3 || echo 'not verified'
+    MAX=2e-3 accept env.exr out
+    cp out/env_specular.ktx2 same.ktx2
+    MAX=2e-3 accept env.exr --specular same.ktx2
+    sed -i 's/iblbake\.mirror/iblbake.mirroR/; s/iblbake\.up/iblbake.uP/' \
+        same.ktx2
+    MAX=0.1 refuse env.exr --specular same.ktx2
+    iblbake -q env.exr -o dds --format dds "$@"
     MAX=2e-3 accept env.exr dds
     MAX=2e-3 accept env.exr --specular dds/env_specular.dds --mirror x --up z
     MAX=0.1 refuse env.exr --specular dds/env_specular.dds
@@ -113,41 +104,19 @@ test_axes() {
     wrong 1 '*its mirror is "q", which this version does not know*' env.exr dds
 }
 
-# All levels of Babylon's, whose lod is a formula of the size.
-test_babylon() {
-    iblbake -q env.exr -o out --size 16 --mapping babylon --lut-size 32
-    MAX=2e-3 accept env.exr out
-    iblbake verify env.exr out --rendered --directions 48 --shader split \
-        --json told >/dev/null
-    [ $sanitized = no ] || return 0
-    rm out/env.json
-    iblbake verify env.exr out --rendered --directions 48 --shader split \
-        --roughness-map babylon --json named >/dev/null
-    diff <(grep nrmse told) <(grep nrmse named)
-}
-
 # What engines' own files give back, as the sidecar or their keys tell of it.
 test_engine_files() {
-    local kind size=32
+    local kind
     for kind in 'env --mapping babylon' 'gltf --mapping linear --levels 3' \
         'playcanvas --mapping linear --levels 6'; do
         rm -rf out
-        iblbake -q env.exr -o out --rotate 30 --size $size --format $kind
+        iblbake -q env.exr -o out --rotate 30 --size 32 --format $kind
         ls out/env*[!0-9]* | grep -vE '\.json|_[pn][xyz]\.png' >main
         MAX=0.06 accept env.exr out
-        MAX=0.06 accept env.exr --specular "$(cat main)"
         rm out/env.json
         MAX=0.06 accept env.exr out --rotate 30
         MAX=0.06 refuse env.exr --rotate 0 --specular "$(cat main)"
     done
-}
-
-test_magnified() {
-    local only='--only specular,skybox,json --levels 1'
-    iblbake -q $only --size 50 --skybox 64 --rotate 20 --pixel rgba32f \
-        env.hdr -o out && MAX=1e-5 accept env.hdr out
-    iblbake -q $only --size 64 --skybox 16 env.exr -o half &&
-        MAX=1e-3 accept env.exr half
 }
 
 # verify reads the map as the files say that the bake did, or as it is told.
@@ -179,57 +148,26 @@ if (Math.abs(e.mean_luminance - 0.25) > 1e-6) console.log(e);
 END
 }
 
-# Blocks of texels lose some percent.
+# Each container and each pixel format once. Blocks of texels lose some percent.
 test_containers_and_pixels() {
     local format pixel bound
-    for format in ktx2 ktx dds; do
-        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f bc6h uastc-hdr astc4x4hdr; do
-            taken || continue # each of both at least once
-            rm -rf out
-            iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
-                --lut-size 8 --skybox 9 --format $format --pixel $pixel \
-                --mapping filament --rotate 30 --geometry schlick-ibl 2>err || {
-                grep -q 'files cannot hold it: ' err || cat err
-                continue
-            }
-            bound=0.015
-            case $pixel in bc6h | uastc-hdr | astc4x4hdr)
-                bound=0.15
-                MAX=1e-4 refuse env.exr out
-                grep -q '"quality": "normal"' out/env.json || echo "$pixel: quality"
-                ;;
-            esac
-            MAX=$bound accept env.exr out
-            [ "$(ls out/*.$format | wc -l)" = 5 ] || ls out
-            grep -q "\"pixel\": \"$pixel\"" out/env.json ||
-                echo "$format $pixel: not in the sidecar"
-        done
-    done
-}
-
-# The sidecar's names are those of the files, whatever bytes they have.
-test_names_of_any_bytes() {
-    local odd
-    odd=$(printf 'a%%25\377')
-    cp env.exr "$odd.exr"
-    refused 1 '*: a name that is no UTF-8, which a sidecar cannot hold: *' \
-        iblbake -q $floats "$odd.exr" -o out
-    iblbake -q $floats "$odd.exr" -o out --mapping filament --name 'a%25'
-    MAX=0.003 accept "$odd.exr" out --name 'a%25'
-}
-
-# Tables of both geometries beside each other, with sidecars and without.
-test_tables_of_two_geometries() {
-    local part
-    iblbake -q $small env.exr --name smith -o out
-    iblbake -q $small env.exr --name schlick --geometry schlick-ibl -o out
-    for part in smith schlick; do
-        MAX=0.003 accept env.exr out --name $part
-    done
-    rm out/*.json
-    MAX=0.003 accept env.exr out --name smith
-    rm out/brdf_lut.ktx2
-    MAX=0.003 accept env.exr out --name schlick
+    while read -r format pixel bound; do
+        taken || continue
+        rm -rf out
+        iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
+            --lut-size 8 --skybox 9 --format $format --pixel $pixel \
+            --mapping filament --rotate 30 --geometry schlick-ibl
+        [ $bound != .15 ] || MAX=1e-4 refuse env.exr out
+        MAX=$bound accept env.exr out
+    done <<'END'
+ktx2 uastc-hdr .15
+ktx2 rgba32f .015
+dds r11g11b10f .015
+ktx astc4x4hdr .15
+ktx rgb9e5 .015
+ktx2 rgba16f .015
+dds bc6h .15
+END
 }
 
 # DDS has no keys: all is in the sidecar, and without it in options.
@@ -247,31 +185,22 @@ test_sidecar_or_options() {
 
 # Keys, and where there are none the sidecar, and without it an option.
 test_lobes() {
-    local lobe alone='--only specular,json'
+    local lobe
     for lobe in charlie phong; do
         taken || continue
-        iblbake -q $levels $exact $alone env.exr -o out --lobe $lobe \
-            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
+        iblbake -q $levels $exact --only specular,json env.exr -o out \
+            --lobe $lobe --max-error 0.01 || echo "$lobe: bake judges itself: $?"
         MAX=0.01 accept env.exr out
         MAX=0.01 refuse env.exr out --lobe ggx
         MAX=0.01 accept env.exr --specular out/env_specular.dds --lobe $lobe
-        MAX=0.01 refuse env.exr --specular out/env_specular.dds
-        iblbake -q $levels --only specular env.exr -o keys --lobe $lobe
-        MAX=0.01 accept env.exr keys
-        iblbake verify env.exr keys --json - | grep -q "\"lobe\": \"$lobe\"" ||
-            echo "$lobe: not in the table's JSON"
-        rm -rf out keys
+        rm -rf out
     done
-    iblbake -q $levels $exact $alone env.exr -o out
+    iblbake -q $levels --only specular env.exr -o keys --lobe charlie
+    MAX=0.01 accept env.exr keys
+    iblbake -q $levels $exact --only specular,json env.exr -o out
     sed -i 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json
     wrong 1 '*lobe is "beckmann", which this version does not know*' env.exr out
     MAX=0.003 accept env.exr out --lobe ggx
-}
-
-test_table_alone() {
-    iblbake -q --only lut --lut-size 16 -o out
-    MAX=0.0003 accept --lut out/brdf_lut.ktx2
-    MAX=0.0003 refuse --lut out/brdf_lut.ktx2 --geometry schlick-ibl
 }
 
 # The other kinds, by the key, the sidecar or the option; DDS has no keys.
@@ -279,33 +208,18 @@ test_kinds_of_tables() {
     local kind format
     for kind in multiscatter charlie; do
         for format in ktx2 dds; do
-            iblbake -q --irradiance-size 2 --lut-size 2 --lut-kind $kind \
-                --only irradiance,lut,json --pixel rgba32f --format $format --max-error 0.0001 env.exr -o out
-            iblbake -q --only lut --lut-size 20 --lut-kind $kind \
-                --format $format -o alone
-            MAX=0.001 accept --lut alone/brdf_lut_$kind.$format --lut-kind $kind
+            taken || continue
+            iblbake -q --irradiance-size 2 --lut-size 8 --lut-kind $kind \
+                --only irradiance,lut,json --pixel rgba32f --format $format \
+                --max-error 0.001 env.exr -o out
+            MAX=0.001 accept env.exr out
+            MAX=0.001 accept --lut out/brdf_lut_$kind.$format --lut-kind $kind
         done
-        MAX=0.0001 accept env.exr out
-        MAX=0.001 accept --lut alone/brdf_lut_$kind.ktx2
-        rm -r out alone
     done
-    iblbake -q --only lut --lut-size 20 -o out
+    iblbake -q --only lut --lut-size 16 -o out
+    MAX=0.0003 accept --lut out/brdf_lut.ktx2
+    MAX=0.0003 refuse --lut out/brdf_lut.ktx2 --geometry schlick-ibl
     MAX=0.001 refuse --lut out/brdf_lut.ktx2 --lut-kind charlie
-}
-
-test_every_thread_count() {
-    local rendered
-    iblbake -q $small env.exr -o out
-    for rendered in '' "$few"; do
-        for j in 1 3; do
-            # shellcheck disable=SC2086
-            iblbake verify $rendered env.exr out -j $j --json $j.json >$j.txt
-        done
-        cmp 1.json 3.json && cmp 1.txt 3.txt
-        # shellcheck disable=SC2086
-        iblbake verify -q $rendered env.exr out --json 2.json --seed 2
-        cmp -s 1.json 2.json && echo 'another seed, the same numbers'
-    done
 }
 
 # ---- damage ------------------------------------------------------------
@@ -371,58 +285,19 @@ END
     [ "$(wc -l <table)" = 4 ] || cat table
 }
 
-# A table whose first row, the smoothest, is off by 0.1: all texels tell it
-# exactly, some within four standard errors.
-test_figures_of_tables() {
-    iblbake -q --only lut --lut-size 24 --format dds --pixel rgba32f -o out
-    js <<'END'
-const b = fs.readFileSync('out/brdf_lut.dds'), n = 24;
-for (let x = 0; x < n; x++)
-    b.writeFloatLE(b.readFloatLE(148 + 8 * x) + 0.1, 148 + 8 * x);
-fs.writeFileSync('lut.dds', b);
-END
-    iblbake verify --lut lut.dds --json some.json >table
-    iblbake verify -q --lut lut.dds --all --json all.json
-    js <<'END'
-const some = json('some.json').lut, all = json('all.json').lut;
-const rms = 0.1 * Math.sqrt(1 / 48);
-near('worst', some.worst, 0.1, 1e-4);
-near('r', some.worst_at[1], 0.5 / 24, 2e-5);
-near('rms', all.nrmse, rms, 1e-5);
-near('estimate', some.nrmse, rms, 4 * some.standard_error.nrmse);
-if (!(some.texels === 128 && all.texels === 576)) console.log(some, all);
-END
-    MAX=0.05 refuse --lut lut.dds
-}
-
-# Whatever texels are chosen, that where the sun is is among them.
-test_lights_are_judged() {
-    local seed
-    mkenv hdr 128 64 >sunny.hdr
-    iblbake -q $levels $exact sunny.hdr --only specular,json --rotate 60 -o out
-    damage out/sunny_specular.dds peak=1.5 s.dds
-    for seed in 1 2 3; do
-        iblbake verify sunny.hdr out --specular s.dds --texels 24 --seed $seed \
-            --json v.json >table
-        js <<'END'
-for (const l of json('v.json').levels) near('worst', l.worst, 0.4, 0.1);
-END
-    done
-}
-
 # The chosen texels tell of all of them, as well as their standard errors say.
 test_estimates() {
     local seed
     mkenv hdr 64 32 >env.hdr
-    iblbake -q $small --size 64 env.hdr -o out --method sampled --samples 64
+    iblbake -q $small env.hdr -o out --method sampled --samples 64
     iblbake verify env.hdr out --json all.json --all -q
-    for seed in 1 2 3 4 5; do
+    for seed in 1 2 3; do
         iblbake verify env.hdr out --json $seed.json --seed $seed -q
     done
     js <<'END'
 const all = json('all.json').levels;
 let within = 0, count = 0;
-for (const seed of [1, 2, 3, 4, 5])
+for (const seed of [1, 2, 3])
     json(seed + '.json').levels.forEach((l, i) => {
         for (const what of ['nrmse', 'median', 'p95', 'bias']) {
             const off = Math.abs(l[what] - all[i][what]);
@@ -461,28 +336,13 @@ END
 
 # ---- files of other programs -------------------------------------------
 
-# cmgen's faces look along axes that are ours by (x, y, z) = (-z, y, x).
-test_axes_of_cmgen() {
-    iblbake -q $floats env.exr -o out --mirror xz
-    MAX=0.003 accept env.exr --specular out/env_specular.dds --rotate -90 \
-        --mirror x
-    MAX=0.02 refuse env.exr --specular out/env_specular.dds
-}
-
-# Of a chain the first level is the irradiance.
-test_other_irradiance() {
-    iblbake -q $small env.exr -o out
-    iblbake verify env.exr --irradiance out/env_specular.ktx2 --json - >v.json
-    [ "$(grep -c '"content"' v.json)" = 1 ] || cat v.json
-}
-
 # ---- nonsense ----------------------------------------------------------
 
+# Others stand in tests/pairs/refused.txt.
 test_misuse() {
     wrong 2 '*no environment*' --json -
     wrong 2 '*nothing to judge*' env.exr
     wrong 2 '*a third argument*' env.exr out more
-    wrong 2 '*--texels 3: not a value*' env.exr out --texels 3
     wrong 2 '*--roughness-map 0,2: not a value*' env.exr out \
         --roughness-map 0,2
     wrong 2 '*it takes*' --rendered --directions 23 env.exr out
@@ -490,35 +350,13 @@ test_misuse() {
     wrong 2 '*no environment*' --rendered --lut out/brdf_lut.ktx2
     wrong 1 '*no specular cube*' --rendered env.exr \
         --irradiance out/env_irradiance.ktx2
-    wrong 1 '*where a lobe table * is wanted*' --rendered env.exr out \
-        --lobe-table out/brdf_lut.ktx2
-}
-
-# Options about files that are not there.
-test_options_without_files() {
-    local options
-    iblbake -q --only skybox --skybox 8 env.exr -o sky
-    iblbake -q --only lut --lut-size 4 --lut-kind charlie -o sky
-    for options in '--lobe ggx' '--roughness-map linear' '--lights 1' \
-        '--irradiance-scale E' '--geometry smith'; do
-        # shellcheck disable=SC2086
-        wrong 1 "iblbake: $options: there is no *leave it out" env.exr sky \
-            --lut sky/brdf_lut_charlie.ktx2 $options
-    done
-    for options in '--lut-kind split' '--geometry smith'; do
-        # shellcheck disable=SC2086
-        wrong 1 "iblbake: $options: there is no table*" env.exr \
-            --skybox sky/env_skybox.ktx2 $options
-    done
-    for options in '--rotate 3' '--mirror x' '--strict' '--exposure 1'; do
-        # shellcheck disable=SC2086
-        wrong 1 "iblbake: $options: there is no map: *" env.exr \
-            --lut sky/brdf_lut_charlie.ktx2 $options
-    done
+    wrong 1 'iblbake: --lobe ggx: there is no *leave it out' env.exr \
+        --irradiance out/env_irradiance.ktx2 --lobe ggx
+    wrong 2 'iblbake: --rotate 3: a table needs no environment: *' --lut out/brdf_lut.ktx2 \
+        --rotate 3
 }
 
 test_malformed() {
-    local format
     wrong 1 '*gone: *No such file*' env.exr gone
     wrong 1 '*env.exr: not a texture*' env.exr env.exr
     mkdir empty
@@ -536,10 +374,8 @@ test_malformed() {
     cp env.json out
     rm out/env_specular.ktx2
     wrong 1 '*env_specular.ktx2*names it*' env.exr out
-    for format in exr hdr png; do
-        iblbake -q $small env.exr -o pictures --format $format
-        wrong 1 '*: is a picture, and *: bake it as KTX2*' env.exr pictures
-    done
+    iblbake -q $small env.exr -o pictures --format exr
+    wrong 1 '*: is a picture, and *: bake it as KTX2*' env.exr pictures
     wrong 1 '*flat texture*' env.exr --specular out/brdf_lut.ktx2
     wrong 1 '*where a BRDF table * is wanted*' --lut out/env_irradiance.ktx2
     head -c 300 out/env_irradiance.ktx2 >cut.ktx2
@@ -571,14 +407,6 @@ test_levels_that_disagree() {
         wrong 1 '*out/env*: has *bake * again*' env.exr out
     done
     MAX=0.003 accept env.exr out --roughness-map 0,0.5,1
-}
-
-test_rotations_that_disagree() {
-    iblbake -q $small env.exr -o out
-    iblbake -q $small env.exr -o turned --rotate 90
-    wrong 1 '*another file with*judge one at a time' env.exr \
-        --specular out/env_specular.ktx2 \
-        --irradiance turned/env_irradiance.ktx2
 }
 
 # A set of files of two bakes is named, and one whole set is not.
@@ -626,6 +454,10 @@ test_results_in_spite_of_the_error() {
         echo 'status 0'
     [ -s v.json ] && [ -s table ] || ls -l
     grep -q '"passed": false' v.json || cat v.json
+    iblbake verify -q $few env.exr out --max-rendered-error 5 || echo 'not below 5'
+    iblbake verify -q $few env.exr out --max-rendered-error 0.001 2>err
+    grep -q 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' \
+        err || cat err
     iblbake verify env.exr out >/dev/full 2>err && echo 'stdout is full'
     [ "$(wc -l <err)" = 1 ] || cat err
 }
@@ -648,19 +480,14 @@ END
     grep -q '"verify"' out2/env.json || echo 'nothing in the sidecar'
 }
 
-test_bake_above_the_bound_leaves_nothing() {
-    iblbake -q $small env.exr -o out --max-error 1e-9 2>err && echo 'status 0'
-    [ "$(wc -l <err)" = 1 ] || cat err
-    [ ! -e out ] || ls out
-}
-
 # ---- what is rendered --------------------------------------------------
 
 # On a constant map only the table is wrong, by its roundings at most.
 test_rendered() {
     local shader
     iblbake -q $small --lut-size 128 --lobe-table prior one.hdr -o out
-    for shader in split bent fit table two-taps three-taps four-taps; do
+    for shader in split bent fit two-taps three-taps four-taps table; do
+        taken || continue
         iblbake verify $few --shader $shader one.hdr out --json v.json >table
         js $shader <<'END'
 const { shader, rows, means } = json('v.json').rendered;
@@ -675,8 +502,7 @@ for (const row of [...rows, ...means]) {
 END
         [ "$(wc -l <table)" = 20 ] || cat table
     done
-    sed -n 1p table | grep -q 'by four-taps: 24 directions' || cat table
-    iblbake verify $few one.hdr out | grep -q 'by table:' || echo 'no table'
+    sed -n 1p table | grep -q 'by table: 24 directions' || cat table
 }
 
 # A sun is right as a disc, not as a part of levels.
@@ -689,16 +515,6 @@ test_rendered_with_lights() {
     iblbake -q $small --size 64 sunny.hdr --rotate 50 -o all
     iblbake verify -q $few sunny.hdr all --max-rendered-error 0.3 2>err &&
         echo 'a sun is right without its disc'
-}
-
-test_rendered_bound() {
-    iblbake -q $small env.exr -o out
-    iblbake verify -q $few env.exr out --max-rendered-error 5 2>err || cat err
-    iblbake verify -q $few env.exr out --max-rendered-error 0.001 \
-        --json v.json 2>err && echo 'status 0'
-    grep -q 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' \
-        err || cat err
-    grep -q '"passed": false' v.json || cat v.json
 }
 
 # An error that is no number would be below any bound.
@@ -728,22 +544,6 @@ test_rendered_other_levels() {
     grep -q 'out/lobe_lut.ktx2: left out: for levels of other' err || cat err
     wrong 1 '*lobe_lut.ktx2: for levels of other roughness*' $few env.exr out \
         --lobe-table out/lobe_lut.ktx2
-}
-
-# Without an irradiance map a shader has the levels alone.
-test_rendered_specular_alone() {
-    iblbake -q $levels env.exr -o out --only specular,json
-    iblbake verify $few env.exr out --max-rendered-error 1 >table || cat table
-    ! grep nan table
-}
-
-# The word is a command only as the first argument.
-test_a_map_called_verify() {
-    cp env.exr verify
-    iblbake -q $small ./verify -o out && [ -s out/verify_specular.ktx2 ] ||
-        ls out
-    iblbake -q $small -o out2 verify && [ -s out2/verify.json ] || ls out2
-    MAX=0.003 accept verify out
 }
 
 for t in $(compgen -A function test_); do

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Engines' own files: what the texels that they pack are off by, and files that
- * are damaged or lie. tests/cli/engine_files.mjs reads them as engines do.
+ * are damaged or lie. check-clients.sh has the engines read them.
  */
 #define _GNU_SOURCE /* memmem */
 #include "engine/engine.h"

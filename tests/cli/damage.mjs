@@ -7,7 +7,6 @@
 //   scale=K every value times K
 //   face=K  every value of +X plus K
 //   upper=K every value of +X plus K, in its upper half alone
-//   peak=K  the brightest red of each level times K
 import fs from 'fs';
 
 const [input, how, output] = process.argv.slice(2);
@@ -38,15 +37,6 @@ function each(change) {
                             at(l, face, x, y, c));
     fs.writeFileSync(output, file);
 }
-const peaks = [];
-function peak(old, l) {
-    let most = 0;
-    for (let face = 0; face < 6; face++)
-        for (let y = 0; y < edge(l); y++)
-            for (let x = 0; x < edge(l); x++)
-                most = Math.max(most, value(old, l, face, x, y, 0));
-    return most;
-}
 const value = (old, ...where) => old.readFloatLE(at(...where));
 const [what, k] = how.split('=');
 
@@ -67,8 +57,6 @@ each((old, l, face, x, y, c) => {
         return face === 0 ? v + Number(k) : v;
     case 'upper':
         return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
-    case 'peak':
-        return c === 0 && v === (peaks[l] ??= peak(old, l)) ? v * k : v;
     default:
         throw new Error(how);
     }
