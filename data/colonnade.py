@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Renders an environment by Blender's Cycles: a round colonnade in the evening.
-#   blender -b --factory-startup -P environment.py -- OUT.exr [WIDTH [SAMPLES]]
+#   blender -b --factory-startup -P data/colonnade.py -- OUT.exr [WIDTH [SAMPLES]]
 import math
 import random
 import sys
@@ -9,7 +9,7 @@ import bpy
 
 args = sys.argv[sys.argv.index('--') + 1:]
 width = int(args[1]) if len(args) > 1 else 2048
-samples = int(args[2]) if len(args) > 2 else 256
+samples = int(args[2]) if len(args) > 2 else 64
 random.seed(7)
 bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene

@@ -33,3 +33,12 @@ picture() { # NAME MAP OPTIONS
 }
 [ ! -r "$sun" ] || picture rendered-sun "$sun" --turn 75 --ev -1
 picture rendered-soft data/forest.exr --turn 250
+# The first of the README, where Blender is: an environment of 2048x1024.
+if command -v blender >/dev/null 2>&1; then
+    blender -b --factory-startup --python-exit-code 1 -P data/colonnade.py -- \
+        "$work/colonnade.exr" >"$work/none"
+    "$build/iblbake" -q "$work/colonnade.exr" -o "$work/hero" --size 512 --sun
+    "$build/iblview" -q "$work/hero" --offscreen "$out/hero.png" --no-labels \
+        --size 1280x560 --grid 2x6 --antialias 3 --turn 25 --fov 30 \
+        --pitch 3 --ev -2.2
+fi
