@@ -21,7 +21,7 @@ clang-format --dry-run -Werror $code 2>"$build/format.txt" || {
 }
 
 # White space at line ends, tabs, and a newline at the end of every text.
-grep -vE '\.(exr|f16|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '
+grep -vE '\.(exr|f16|glb|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xargs perl -ne '
     warn("$ARGV:$.: trailing blanks\n"), $bad = 1 if /[ \t]$/;
     warn("$ARGV: no newline\n"), $bad = 1 if eof && !/\n\z/;
     close ARGV if eof;
