@@ -185,8 +185,9 @@ static int check_told(const view_settings *s, int width, int height, int x,
     for (int k = 0; inside && k < 3; k++)
         bad += !(fabs(told[1][k] - t.direction[k]) < 1e-6) +
                !(fabs(told[2][k] - t.value[k]) < 1e-4);
-    return inside ? bad + (told[0][0] != t.face) + (told[0][1] != t.level) +
-                        (told[0][2] != t.x) + (told[0][3] != t.y)
+    return inside ? bad + ((int)told[0][0] != t.face) +
+                        ((int)told[0][1] != t.level) +
+                        ((int)told[0][2] != t.x) + ((int)told[0][3] != t.y)
                   : 0;
 }
 
@@ -323,7 +324,8 @@ TEST(the_map_itself_is_shown)
         truth_latlong_direction(64, 32, x, y, d);
         bad += memcmp(want, seen[i], 3 * sizeof *want) != 0 ||
                !view_renderer_texel(renderer, x, i / 64, told) ||
-               told[0][0] != -1 || told[0][2] != x || told[0][3] != y ||
+               (int)told[0][0] != -1 || (int)told[0][2] != x ||
+               (int)told[0][3] != y ||
                memcmp(want, told[2], 3 * sizeof *want) != 0;
         for (int k = 0; k < 3; k++)
             bad += !(fabs(told[1][k] - d[k]) < 1e-6);
@@ -352,11 +354,12 @@ TEST(table_is_shown)
                                ((float)at[1] + 0.5F) / (float)size};
         float told[3][4];
         bad += memcmp(seen[n], want, sizeof want) != 0;
-        bad += n % 61 == 0 &&
-               (!view_renderer_texel(renderer, x, y, told) ||
-                told[0][0] != -1 || told[0][2] != at[0] ||
-                told[0][3] != at[1] || memcmp(told[1], want, sizeof want) ||
-                memcmp(told[2], want, sizeof want) != 0);
+        bad +=
+            n % 61 == 0 &&
+            (!view_renderer_texel(renderer, x, y, told) ||
+             (int)told[0][0] != -1 || (int)told[0][2] != at[0] ||
+             (int)told[0][3] != at[1] || memcmp(told[1], want, sizeof want) ||
+             memcmp(told[2], want, sizeof want) != 0);
     }
     CHECK_MSG(!bad, "%d are wrong", bad);
 }
@@ -370,7 +373,7 @@ static void check_moved(const view_app *app, int x, int y, float was[4])
 
     draw(&app->side[0], app->width, app->height);
     CHECK(view_renderer_texel(renderer, x, app->height - 1 - y, told));
-    CHECK_MSG(!*was || !memcmp(was, told[0], sizeof told[0]),
+    CHECK_MSG(!(*was > 0) || !memcmp(was, told[0], sizeof told[0]),
               "at %d, %d: face %g (%g, %g)", x, y, told[0][0], told[0][2],
               told[0][3]);
     memcpy(was, told[0], sizeof told[0]);

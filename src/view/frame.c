@@ -126,7 +126,7 @@ static void fill_material(view_frame *f, const view_settings *s)
         f->plastic[k] = (float)m->dielectric_f0;
     /* Those without a diffuse colour have the same F0 at both ends. */
     f->metal[3] = (float)(s->roughness[0] + s->roughness[1]) / 2;
-    f->plastic[3] = m->diffuse ? (float)s->metallic[1] : 1;
+    f->plastic[3] = m->diffuse > 0 ? (float)s->metallic[1] : 1;
     if (fixed) {
         f->metal[3] = overrides[s->override].roughness;
         f->plastic[3] = overrides[s->override].metallic;
