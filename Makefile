@@ -1,5 +1,5 @@
 # iblbake. `make list` prints the targets; the variables users set are these:
-#   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
+#   config=release|debug|asan|cov|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
 #   DEPS=no      build and test with the system packages that are there
 #   BUILD=DIR    where everything is built
 #   DEFLATE=zlib reads EXR without libdeflate
@@ -28,14 +28,15 @@ OPT_debug := -O0 -g
 # program, which each start relocates and each search for leaks reads.
 OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
+OPT_cov := -O1 -g1 --coverage -fprofile-update=atomic
 OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
-$(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
+$(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan, cov or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
 CWARN := -Wstrict-prototypes -Wmissing-prototypes
 CFLAGS ?= $(OPT_$(config))
 CXXFLAGS ?= $(OPT_$(config))
-SANITIZE := $(filter -fsanitize=%,$(OPT_$(config)))
+SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
 
 # libOpenEXRCore alone, not what pkg-config lists for the C++ library. EXR's ZIP
 # is inflated by libdeflate, or by OpenEXRCore, which takes longer.
@@ -121,7 +122,7 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
-        check-arm64 check-clients check-pairs mutants check-cycles soak bench \
+        check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
         fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
@@ -510,10 +511,21 @@ bench:
 	bash tests/bench-spectral.sh $(BUILD)
 	bash tests/bench-peers.sh $(BUILD)
 
-## mutants: break the program in 170 ways; which do the tests see? (an hour)
+## mutants: break the program in 170 ways, and 200 lines at random by SEED; which
+## do the tests see? (hours)
+SEED ?= 1
 mutants:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	@bash tests/mutants/run.sh
+	@bash tests/mutants/run.sh --random $(SEED) 200
+
+## coverage: the share of lines of each folder that make check-quick reaches
+coverage:
+	@DEPS=$(DEPS) sh tests/deps.sh check
+	+@$(MAKE) -s $(JOBS) DEPS=no config=cov all tests
+	-@bash tests/run.sh $(if $(ALL),,--quick) build/cov
+	@find build/cov -name '*.gcda' -exec gcov --json-format --stdout {} + | \
+	    node tests/coverage.mjs
 
 ## soak: 2,000 bakes, probes and pictures in one process; memory stays flat
 soak:

@@ -3,6 +3,9 @@
 # run.sh [--check] [TABLE...]: breaks the program on purpose, one change at a
 # time, and reports which changes the tests see. Takes an hour or more. --check
 # builds and runs nothing: it checks that each mutant's lines and tests exist.
+# run.sh --random SEED COUNT: the same with COUNT lines that are chosen at random,
+# by all quick tests; prints those that no test sees, and fails if more than 15 %
+# are. Takes minutes for each that survives.
 #
 # A table, tests/mutants/*.txt, is a list of mutants with empty lines between:
 #   # NOTE       what breaks, for the reader
@@ -10,7 +13,7 @@
 #   -LINES       as they stand in FILE, which has them once
 #   +LINES       what replaces them
 #   = TESTS      what should fail: check_X, check_X:CASE, check-x.sh or
-#                check-x.sh:PATTERN, of the names of its tests
+#                check-x.sh:PATTERN, of the names of its tests, or any
 #   ? REASON     why no test can see it; its survival is no failure
 #
 # A mutant that does not compile, or changes nothing, is a mistake of the table
@@ -19,8 +22,13 @@ set -u
 cd "$(dirname "$0")/../.." || exit 1
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
-each=try
+each=try most=100000
 [ "${1:-}" != --check ] || { each=look; shift; }
+if [ "${1:-}" = --random ]; then
+    most=$3
+    node tests/mutants/random.mjs "$2" "$3" >"$work/random.txt" || exit 1
+    set -- "$work/random.txt"
+fi
 [ $# -gt 0 ] || set -- tests/mutants/*.txt
 tables=()
 for table; do tables+=("$(realpath "$table")"); done
@@ -70,6 +78,7 @@ look() {
         [[ $once != *"$old"* ]] || mistake 'NOT FOUND'
     for t in $tests; do
         case $t in
+        any) ;;
         *.sh) [ -f "tests/$t" ] ;;
         *.sh:*)
             { cat "tests/${t%%:*}" tests/cli/*.case; ls tests/cli tests/fuzz; } |
@@ -87,6 +96,10 @@ sees() {
     [ "$1" = "$name" ] || only=${1#*:}
     [[ $file != src/io/bridge/* ]] || bridge='bridge exr-bridge scene-bridge'
     case $name in
+    any)
+        make -s -j"$(nproc)" DEPS=no all tests >/dev/null 2>&1 || return 2
+        ! STOP=1 timeout 900 bash tests/run.sh --quick build >/dev/null 2>&1
+        ;;
     *.sh)
         [ "$name" != check-fuzz.sh ] || what=fuzzers
         make -s -j"$(nproc)" DEPS=no $what >/dev/null 2>&1 || return 2
@@ -114,7 +127,7 @@ try() {
         sees "$t" </dev/null
         status=$?
         if [ $status = 2 ]; then
-            mistake 'NO BUILD'
+            [ "$t" = any ] || mistake 'NO BUILD'
             by=none
         elif [ $status = 0 ]; then
             killed=$((killed + 1))
@@ -134,7 +147,10 @@ try() {
 }
 
 flush() {
-    [ -z "$file" ] || { $each; mutants=$((mutants + 1)); }
+    if [ -n "$file" ] && [ $((killed + survived)) -lt "$most" ]; then
+        $each
+        mutants=$((mutants + 1))
+    fi
     note='' file='' old='' new='' tests='' reason=''
 }
 
@@ -162,4 +178,5 @@ all=$((killed + survived + explained))
 echo "$killed of $all mutants killed" \
     "($((all ? 100 * killed / all : 0)) %), $explained survivors explained," \
     "$survived not, $wrong wrong"
+[ "$most" = 100000 ] || exit $((100 * survived > 15 * all || wrong))
 [ $survived -eq 0 ] && [ $wrong -eq 0 ]

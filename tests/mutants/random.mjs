@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// random.mjs SEED COUNT: prints a table of mutants (tests/mutants/run.sh) for
+// lines of src that are chosen at random, by the seed: another operator, another
+// constant, the opposite condition, or a statement that is missing. More than
+// COUNT, since some do not compile.
+import {execFileSync} from 'node:child_process';
+import {readFileSync} from 'node:fs';
+
+const [seed, count] = process.argv.slice(2).map(Number);
+
+// Marsaglia 2003, "Xorshift RNGs", page 4, with 32 bits.
+let state = (seed * 2654435761 + 1) >>> 0;
+function below(n)
+{
+    state ^= state << 13;
+    state ^= state >>> 17;
+    state ^= state << 5;
+    return (state >>> 0) % n;
+}
+
+const operators = {
+    ' < ': ' <= ', ' <= ': ' < ', ' > ': ' >= ', ' >= ': ' > ',
+    ' == ': ' != ', ' != ': ' == ', ' && ': ' || ', ' || ': ' && ',
+    ' + ': ' - ', ' - ': ' + ', ' * ': ' / ', ' / ': ' * ',
+    ' += ': ' -= ', ' -= ': ' += ', '++': '--', '--': '++',
+};
+
+// All ways to break a line.
+function waysOf(line)
+{
+    const ways = [], end = line.search(/\/[/*]/);
+    const add = (at, length, text) => (end < 0 || at < end) && ways.push(
+        line.slice(0, at) + text + line.slice(at + length));
+    for (const [from, to] of Object.entries(operators))
+        for (let at = line.indexOf(from); at >= 0;
+             at = line.indexOf(from, at + 1))
+            add(at, from.length, to);
+    for (const m of line.matchAll(/(?<![\w.%])(\d+)(\.\d+)?(?![\w.])/g))
+        if (line[m.index + m[0].length] !== ']' || !/[,)]$/.test(line))
+            add(m.index, m[0].length, m[2] ? `${m[0]}1` : String(+m[1] + 1));
+    const condition = line.match(/^(\s*(?:if|while) \()(.*)(\)(?: \{)?)$/);
+    if (condition && !/=(?!=)/.test(condition[2].replace(/[<>!=]=/g, '')))
+        ways.push(`${condition[1]}!(${condition[2]})${condition[3]}`);
+    if (/^\s+(\w[\w>.[\]-]* [-+*/|&]?= |\w+\(|\w[\w>.[\]-]*\+\+|gl\.).*;$/
+            .test(line))
+        ways.push(`${line.match(/^\s*/)[0]};`);
+    return ways;
+}
+
+// Lines of code, without comments, text and what declares.
+function linesOf(file)
+{
+    const lines = readFileSync(file, 'utf8').split('\n');
+    let comment = false, macro = false;
+    const found = [];
+    lines.forEach((line, i) => {
+        const inside = comment || macro;
+        comment = line.lastIndexOf('/*') > line.lastIndexOf('*/') ||
+            (comment && !line.includes('*/'));
+        macro = line.endsWith('\\');
+        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|"/
+                .test(line))
+            return;
+        if (waysOf(line).length)
+            found.push({file, lines, i});
+    });
+    return found;
+}
+
+const all = execFileSync('git', ['ls-files', 'src'], {encoding: 'utf8'})
+    .split('\n')
+    .filter(f => /\.(c|h|cpp|frag|vert|glsl)$/.test(f))
+    .flatMap(linesOf);
+const taken = new Set();
+for (let n = 0; n < 1.3 * count;) {
+    const at = below(all.length), {file, lines, i} = all[at];
+    const ways = waysOf(lines[i]), way = ways[below(ways.length)];
+    // As many lines before it as make it the only such place.
+    let first = i;
+    const text = () => lines.slice(first, i + 1).join('\n') + '\n';
+    const whole = lines.join('\n');
+    while (whole.split(text()).length > 2 && first > 0)
+        first--;
+    if (taken.has(at))
+        continue;
+    taken.add(at);
+    n++;
+    const before = lines.slice(first, i);
+    console.log([`# line ${i + 1}`, file,
+        ...[...before, lines[i]].map(l => `-${l}`),
+        ...[...before, way].map(l => `+${l}`), '= any', ''].join('\n'));
+}
