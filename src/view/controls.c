@@ -507,7 +507,7 @@ void *view_control_field(const view_control *c, view_settings *s)
     return (char *)s + c->option.offset;
 }
 
-static int count_of(const view_control *c)
+int view_control_choices(const view_control *c)
 {
     int n = 0;
 
@@ -526,7 +526,7 @@ void view_control_step(const view_control *c, view_settings *s, int step)
     if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF)
         *(bool *)field = !*(bool *)field;
     else if (o->kind == IBL_OPTION_CHOICE)
-        *n = (*n + step + count_of(c)) % count_of(c);
+        *n = (*n + step + view_control_choices(c)) % view_control_choices(c);
     else if (o->kind == IBL_OPTION_INT)
         *n = (int)fmin(fmax(*n + step, o->low), o->high);
     else

@@ -101,6 +101,8 @@ bool view_key_line_at(int i, view_key_line *line); /* false: there are fewer */
 void view_print_keys(FILE *to);
 
 void *view_control_field(const view_control *c, view_settings *s);
+/* How many names a choice has. */
+int view_control_choices(const view_control *c);
 /* Changes a setting as its key does, step 1, or the other one, -1. */
 void view_control_step(const view_control *c, view_settings *s, int step);
 /* Its value in words. */

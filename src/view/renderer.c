@@ -303,23 +303,24 @@ static bool update(view_renderer *r, int i, const view_settings *state)
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Draws the maps of depth for a frame, and binds them. */
-static bool draw_depths(view_renderer *r, const view_frame *f)
+/* Binds the maps of depth, after drawing them for a frame unless they are those
+ * of the last place. */
+static bool draw_depths(view_renderer *r, const view_frame *f, bool again)
 {
     static const double below[3] = {0, -1, 0};
     view_frame from = *f;
     bool ok = true;
 
     memcpy(from.clip, f->ground_light, sizeof from.clip);
-    for (int i = 0; i < 2 && ok; i++) {
-        view_image *map = &r->depth[i];
-        ok = view_image_make(map, GROUND_EDGE, GROUND_EDGE);
+    for (int i = 0; i < 2 && again && ok; i++) {
         view_gl_block(VIEW_BLOCK_FRAME, &from, sizeof from);
-        view_image_begin(map);
+        ok = view_image_make(&r->depth[i], GROUND_EDGE, GROUND_EDGE);
+        view_image_begin(&r->depth[i]);
         ok = ok && view_model_depth(r->model);
-        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, map->depth);
         look_from(below, from.clip);
     }
+    for (int i = 0; i < 2; i++)
+        view_gl_bind(VIEW_GROUND_UNIT + i, GL_TEXTURE_2D, r->depth[i].depth);
     return ok;
 }
 
@@ -406,7 +407,8 @@ static bool draw_side(view_renderer *r, int i)
     if (r->places >= all && !sampled)
         return true;
     bind_maps(maps_of(r, i));
-    if (has_ground(&of->settings) && !draw_depths(r, &of->frame))
+    if (has_ground(&of->settings) &&
+        !draw_depths(r, &of->frame, r->places == 0 || r->sides > 1))
         return false;
     view_gl_bind(VIEW_UNIT_BACKDROP, GL_TEXTURE_2D, r->backdrop);
     return (sampled || view_image_make(to, r->area.width, r->area.height)) &&

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -349,10 +350,7 @@ bool view_room_render(view_room *r, const view_room_draw *d, view_image *to)
     const float eye[3] = {(float)d->camera.eye[0], (float)d->camera.eye[1],
                           (float)d->camera.eye[2]};
     const GLenum cube = GL_TEXTURE_CUBE_MAP, array = GL_TEXTURE_CUBE_MAP_ARRAY;
-    const GLuint sky =
-        view_program(e->map ? "#define PROBES\n#define BACKDROP 2\n"
-                            : "#define PROBES\n#define BACKDROP 1\n",
-                     "full.vert", "sky.frag");
+    char text[64];
     view_frame frame = e->frame;
     const view_lighting light = {
         .reflection = d->settings.reflection ? VIEW_FIT : VIEW_SPLIT_SUM,
@@ -360,6 +358,9 @@ bool view_room_render(view_room *r, const view_room_draw *d, view_image *to)
         .probes = true,
         .mirrored = fill_frame(&frame, d, to->width, to->height)};
 
+    snprintf(text, sizeof text, "#define PROBES\n#define BACKDROP %d\n",
+             e->map ? VIEW_BACKDROP_MAP : VIEW_BACKDROP_CUBE);
+    const GLuint sky = view_program(text, "full.vert", "sky.frag");
     if (!sky)
         return false;
     gl.Disable(GL_BLEND);

@@ -169,12 +169,9 @@ bool show_value(const view_control *c, view_settings *s)
         return show_colour(c->label, (double *)field);
     if (o->kind == IBL_OPTION_ON || o->kind == IBL_OPTION_OFF)
         return ImGui::Checkbox(c->label, (bool *)field);
-    if (o->kind == IBL_OPTION_CHOICE) {
-        int names = 0;
-        while (o->choices[names])
-            names++;
-        return ImGui::Combo(c->label, (int *)field, o->choices, names);
-    }
+    if (o->kind == IBL_OPTION_CHOICE)
+        return ImGui::Combo(c->label, (int *)field, o->choices,
+                            view_control_choices(c));
     if (o->kind == IBL_OPTION_INT || c->shape == VIEW_TWO_INTS)
         return ImGui::SliderScalarN(c->label, ImGuiDataType_S32, field, count,
                                     &first, &last);
