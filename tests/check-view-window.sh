@@ -94,8 +94,8 @@ press() { xdotool key --window "$window" --delay 30 "$@" 2>/dev/null; }
 # the notice about it away.
 snap() {
     rm -f iblview-*.png
-    press p
-    within test -e iblview-001.png || { echo 'p writes no picture'; return; }
+    press P
+    within test -e iblview-001.png || { echo 'P writes no picture'; return; }
     mv iblview-001.png "$1"
     press Escape
 }
@@ -168,7 +168,7 @@ END
 # No picture is written over another one.
 test_pictures_are_kept() {
     touch iblview-{001..999}.png
-    press p
+    press P
     away
     within not_shown first.png || echo 'says nothing of all the pictures'
     find . -name 'iblview-*.png' -size +0
@@ -191,7 +191,7 @@ test_texel_under_the_pointer() {
 # It takes the pointer: a drag over it turns nothing, and its button "Keys"
 # shows the list, which the first Escape takes away.
 test_panel() {
-    press P
+    press p
     xdotool mousemove --window "$window" 270 120 sleep 1 mousedown 1 \
         mousemove_relative 0 60 mouseup 1
     xdotool mousemove --window "$window" 270 18 sleep 1 click 1 sleep 1
@@ -307,6 +307,17 @@ test_maps_of_a_folder() {
     quits
 }
 
+# A map that cannot be read leaves the list of its folder, and says why.
+test_list_without_a_set() {
+    mkdir damaged
+    echo junk >damaged/a.hdr
+    hint=kept open damaged || return
+    xdotool mousemove --window "$window" 100 77 sleep 1 click 1
+    within grep -q 'a.hdr: is no image' said || cat said
+    ! gone || echo "ends"
+    quits
+}
+
 # A pipe whose writer says nothing keeps no window open.
 test_stalled_pipe() {
     mkfifo stalled
@@ -362,7 +373,8 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run states pictures_are_kept texel_under_the_pointer \
-        panel resize drop quit baked_probes arrays maps_of_a_folder stalled_pipe \
+        panel resize drop quit baked_probes arrays maps_of_a_folder \
+        list_without_a_set stalled_pipe \
         fine_display
 fi
 stop_server

@@ -273,7 +273,7 @@ TEST(escape_closes)
 {
     view_test_app(&app, &options, 320, 240);
     view_keys_press(&app, '?');
-    view_keys_press(&app, 'P');
+    view_keys_press(&app, 'p');
     CHECK(app.help && app.panel);
     view_keys_press(&app, VIEW_KEY(256));
     CHECK(!app.help && app.panel);
@@ -284,10 +284,16 @@ TEST(escape_closes)
     CHECK(app.quit);
 }
 
-/* What both sides share follows the first; the rest stays of each. */
+/* A comparison begins with the reference. What both sides share follows the
+ * first; the rest stays of each. */
 TEST(sides_differ_only_where_they_may)
 {
     view_test_app(&app, &options, 320, 240);
+    view_keys_press(&app, 'n');
+    view_keys_press(&app, 'f');
+    CHECK(app.side[1].reflection == VIEW_REFERENCE &&
+          app.side[1].material == app.side[0].material);
+    view_keys_press(&app, '0');
     view_keys_press(&app, 'C');
     CHECK(app.side[0].compare == VIEW_SPLIT && app.edited == 1);
     view_keys_press(&app, 'r');

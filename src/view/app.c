@@ -32,6 +32,8 @@ void view_app_notice_failure(view_app *app)
     view_app_notice(app, "%s", view_last_failure());
     app->notice_ends += 2 * NOTICE_S;
     app->failed = true;
+    /* Without a set, only the folder's list can show another. */
+    app->files = app->files || (!app->set && app->folder.path);
 }
 
 /* ---- opening ------------------------------------------------------------ */
@@ -73,6 +75,13 @@ void view_app_fit(view_app *app)
         }
     }
     view_controls_share(&app->side[0], &app->side[1]);
+    /* A comparison begins with the reference, as on the command line. */
+    if (!app->side[0].compare && !app->options->against &&
+        !app->options->against_set) {
+        app->side[1] = app->side[0];
+        if (view_shows_materials(&app->side[0]))
+            app->side[1].reflection = VIEW_REFERENCE;
+    }
     app->edited = app->side[0].compare ? app->edited : 0;
     app->redraw = true;
 }
@@ -301,7 +310,7 @@ bool view_app_tend(view_app *app)
         show(app, &(view_request){.path = app->baking}))
         return true;
     view_app_notice_failure(app);
-    return app->set;
+    return app->set || app->folder.path;
 }
 
 /* ---- frames -------------------------------------------------------------- */

@@ -138,8 +138,11 @@ static void act(view_app *app, view_act what, int step)
         break;
     case VIEW_OTHER_SIDE:
         app->edited = app->side[0].compare && !app->edited;
-        view_app_notice(app, "changes are of the %s side",
-                        app->edited ? "right" : "left");
+        if (app->side[0].compare)
+            view_app_notice(app, "changes are of the %s side",
+                            app->edited ? "right" : "left");
+        else
+            view_app_notice(app, "nothing is compared: f compares");
         break;
     case VIEW_MOVE_ACROSS:
         view_drag(app, -step * app->height / 36.0, 0);

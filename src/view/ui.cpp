@@ -14,6 +14,7 @@
 
 #include <backends/imgui_impl_glfw.h>
 #include <imgui.h>
+#include <imgui_internal.h>
 
 extern "C" {
 #include "common/signals.h"
@@ -286,7 +287,7 @@ void show_files(view_app *app)
             ImGui::PushID(i);
             if (ImGui::Selectable(e->name))
                 name = e->name;
-            ImGui::SameLine(400 * ui.scale);
+            ImGui::SameLine(0.8F * ImGui::GetWindowWidth());
             ImGui::TextDisabled("%s", kinds[e->kind]);
             ImGui::PopID();
         }
@@ -311,10 +312,17 @@ void show_notice(const view_app *app)
     const int panel = app->panel ? view_app_panel_width(app) : 0;
     const float room = ui.width - (float)panel;
 
+    // A window that fits itself to its text does so a frame late.
+    const ImVec2 pad = ImGui::GetStyle().WindowPadding;
+    const ImVec2 text =
+        ImGui::CalcTextSize(app->notice, nullptr, false, 0.8F * room);
+
     begin_window("notice", ImVec2(0.5F * room, ui.height - 40 * ui.scale),
-                 ImVec2(0.5F, 1), ImVec2(0, 0),
+                 ImVec2(0.5F, 1),
+                 ImVec2(text.x + 2 * pad.x + 1, text.y + 2 * pad.y),
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs);
-    ImGui::PushTextWrapPos(0.8F * room);
+    ImGui::BringWindowToDisplayFront(ImGui::GetCurrentWindow());
+    ImGui::PushTextWrapPos(pad.x + 0.8F * room);
     ImGui::TextColored(app->failed ? ImVec4(1, 0.6F, 0.5F, 1)
                                    : ImVec4(1, 1, 1, 1),
                        "%s", app->notice);

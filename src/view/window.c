@@ -254,7 +254,7 @@ static bool draw(view_app *app)
 static bool loop(view_app *app)
 {
     if (!app->notice[0])
-        view_app_notice(app, "? lists the keys, P shows the controls");
+        view_app_notice(app, "? lists the keys, p shows the controls");
     app->redraw = true;
     for (;;) {
         if (!view_app_tend(app))
