@@ -27,9 +27,15 @@ OPT_debug := -O0 -g
 # Undefined behaviour traps: the texts that would describe it are 5 MB of a
 # program, which each start relocates and each search for leaks reads.
 OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
-            -fsanitize-undefined-trap-on-error -fno-omit-frame-pointer
+            -fsanitize=fuzzer-no-link -fsanitize-undefined-trap-on-error \
+            -fno-omit-frame-pointer
 OPT_cov := -O1 -g1 --coverage -fprofile-update=atomic
 OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
+# The second compiler, whose libFuzzer shares the objects.
+ifeq ($(config),asan)
+CC := clang
+CXX := clang++
+endif
 $(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan, cov or tsan))
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
         -Wvla -Wundef $(WERROR)
@@ -37,6 +43,10 @@ CWARN := -Wstrict-prototypes -Wmissing-prototypes
 CFLAGS ?= $(OPT_$(config))
 CXXFLAGS ?= $(OPT_$(config))
 SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
+# Programs that load C++: the sanitizer looks for its exceptions at the start.
+ifeq ($(config),asan)
+SANITIZE += -Wl,--push-state,--no-as-needed -lstdc++ -Wl,--pop-state
+endif
 
 # libOpenEXRCore alone, not what pkg-config lists for the C++ library. EXR's ZIP
 # is inflated by libdeflate, or by OpenEXRCore, which takes longer.
@@ -111,6 +121,11 @@ SHADERS := $(sort $(wildcard src/view/shaders/* include/ibl/*.glsl))
 VIEW := $(BUILD)/iblview
 obj = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/check_*.c))
+# What starts threads, and only once what bakes with them.
+ifeq ($(config),tsan)
+TESTS := $(patsubst %,$(BUILD)/tests/check_%,blocks context environment level0 \
+           levels read reference texture view_set)
+endif
 ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
@@ -344,54 +359,24 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
 	$(CXX) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
-# Harnesses of libFuzzer, of clang. What reads other people's files is compiled
-# for them; the rest is the release build's.
-FUZZ_CC ?= clang
+# Harnesses of libFuzzer.
 FUZZERS := $(patsubst tests/fuzz/%.c,$(BUILD)/fuzz/%, \
              $(wildcard tests/fuzz/fuzz_*.c))
 ifneq ($(HAVE_VIEW),yes)
 FUZZERS := $(filter-out %_json %_options,$(FUZZERS))
 endif
-FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
-            -fno-sanitize-recover=all \
-            -fsanitize=address,undefined,float-cast-overflow
-FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
-                     src/engine/*.c src/scene/*.c src/set/*.c) \
-          $(addprefix src/kern/,astc_hdr_block.c \
-            astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
-            pixel.c rgbe.c) \
-          $(addprefix src/cli/,bake_options.c bake_rules.c common_options.c convert.c \
-            probe_set.c probes_grid.c \
-            probes_options.c targets.c verify.c words.c) \
-          $(addprefix src/view/,baked_set.c options.c probe_set.c \
-            settings.c)
 FUZZ_WRAP = read pread ibl_print_line
 $(BUILD)/fuzz/fuzz_image: FUZZ_WRAP += ibl_bridge_rows
 $(BUILD)/fuzz/fuzz_json: FUZZ_WRAP += view_upload
-fuzz_obj = $(patsubst %.c,$(BUILD)/fuzz/obj/%.o,$(1))
-$(BUILD)/fuzz/empty:
-	@mkdir -p $(@D)
-	@echo 'int LLVMFuzzerTestOneInput(void) { return 0; }' | \
-	    $(FUZZ_CC) $(FUZZ_OPT) -fsanitize=fuzzer -x c -o $@ - || { \
-	    echo "iblbake: $(FUZZ_CC) does not link -fsanitize=fuzzer: install" \
-	        "the packages clang and libclang-rt-dev, or give FUZZ_CC" >&2; \
-	    exit 1; }
-$(BUILD)/fuzz/obj/%.o: %.c | $(BUILD)/fuzz/empty
-	@mkdir -p $(@D)
-	$(FUZZ_CC) $(REQUIRED) $(WARN) $(CWARN) $(EXR_CFLAGS) $(DEFLATE_CFLAGS) \
-	    $(CLI_CFLAGS) $(VIEW_CFLAGS) -DIBL_BRIDGE='""' -DIBL_REVISION='""' \
-	    $(CPPFLAGS) $(FUZZ_OPT) -fsanitize=fuzzer-no-link -c -o $@ $<
-$(BUILD)/fuzz/libfuzzed.a: $(call fuzz_obj,$(FUZZED))
-	@rm -f $@
-	$(AR) rcs $@ $^
+$(call obj,$(wildcard tests/fuzz/*.c)): LOCAL = $(CLI_CFLAGS) $(VIEW_CFLAGS)
 $(BUILD)/fuzz/librest.a: $(filter-out %/main.o,$(call obj,$(wildcard \
     src/cli/*.c))) $(VIEW_OBJ) $(CLI_GEN)
+	@mkdir -p $(@D)
 	@rm -f $@
 	$(AR) rcs $@ $^
-$(FUZZERS): $(BUILD)/fuzz/%: $(call fuzz_obj,tests/fuzz/fuzz.c) \
-    $(BUILD)/fuzz/obj/tests/fuzz/%.o $(BUILD)/fuzz/libfuzzed.a \
-    $(BUILD)/fuzz/librest.a $(LIB)
-	$(FUZZ_CC) $(FUZZ_OPT) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ \
+$(FUZZERS): $(BUILD)/fuzz/%: $(BUILD)/obj/tests/fuzz/fuzz.o \
+    $(BUILD)/obj/tests/fuzz/%.o $(BUILD)/fuzz/librest.a $(LIB)
+	$(CXX) $(SANITIZE) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ \
 	    $(patsubst %,-Wl$(comma)--wrap=%,$(FUZZ_WRAP)) $(filter %.o,$^) \
 	    -Wl,--start-group $(filter %.a,$^) -Wl,--end-group $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
@@ -446,18 +431,18 @@ pictures: demo
 	sh tests/pictures.sh $(BUILD)
 
 # Every build that must pass, then everything in it.
-CHECKED := build build/clang build/asan build/tsan
-## check: set up, then every test (release, clang, asan, tsan, lint)
+CHECKED := build build/asan build/tsan
+## check: set up, then every test (release, sanitizers, lint)
 check:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) --no-print-directory DEPS=no check-run
 JOBS = $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
 STRICT = $(MAKE) -s $(JOBS) DEPS=no WERROR=-Werror all tests
 check-run:
-	@echo "iblbake: building with gcc, clang, asan and tsan, some minutes"
-	+@$(STRICT) fuzzers
-	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang CFLAGS='-O2 -g1 -DNDEBUG'
-	+@$(STRICT) config=asan
+	@echo "iblbake: building with gcc, and with clang's and gcc's sanitizers," \
+	    "some minutes"
+	+@$(STRICT)
+	+@$(STRICT) config=asan fuzzers
 	+@$(STRICT) config=tsan
 	@bash tests/run.sh $(CHECKED)
 
@@ -465,8 +450,8 @@ check-run:
 TIME ?= 600
 fuzz:
 	@DEPS=$(DEPS) sh tests/deps.sh check
-	+@$(MAKE) -s $(JOBS) DEPS=no $(BIN) fuzzers
-	@bash tests/fuzz/run.sh $(BUILD) $(TIME)
+	+@$(MAKE) -s $(JOBS) DEPS=no config=asan fuzzers
+	@bash tests/fuzz/run.sh build/asan $(TIME)
 
 ## check-quick: the tests of one build without the slow ones (a minute)
 check-quick:

@@ -294,8 +294,8 @@ static void aim(const ibl_drawn *set, const ibl_sample *s, look *l)
 static void add_lights(const ibl_truth *t, const ibl_drawn *set,
                        const ibl_sample *s, double rgb[3])
 {
-    for (const ibl_light *l = set->lights; l < set->lights + set->light_count;
-         l++) {
+    for (int i = 0; i < set->light_count; i++) {
+        const ibl_light *l = &set->lights[i];
         const double f =
             ibl_disc_brdf(t->options.geometry, s->roughness * s->roughness,
                           s->f0, l->radius, s->normal, s->view, l->direction) +

@@ -4,7 +4,7 @@
 // constant, the opposite condition, or a statement that is missing. More than
 // COUNT, since some do not compile.
 import {execFileSync} from 'node:child_process';
-import {readFileSync} from 'node:fs';
+import {readdirSync, readFileSync} from 'node:fs';
 
 const [seed, count] = process.argv.slice(2).map(Number);
 
@@ -67,6 +67,21 @@ function linesOf(file)
     return found;
 }
 
+// The tests that the tables name for other bugs of a file, or of its folder: they
+// see most of what any test sees, and sooner.
+const rows = readdirSync('tests/mutants').filter(f => f.endsWith('.txt'))
+    .flatMap(f => readFileSync(`tests/mutants/${f}`, 'utf8').split(/\n\n+/))
+    .map(row => ({file: row.match(/^[\w/.-]+\.\w+$/m)?.[0] ?? '',
+                  tests: row.match(/(?<=^= ).*/m)?.[0].split(' ') ?? []}));
+function testsOf(file)
+{
+    const folder = file.replace(/[^/]*$/, '');
+    const of = rows.filter(r => r.file === file);
+    const tests = (of.length ? of : rows.filter(r => r.file.startsWith(folder)))
+        .flatMap(r => r.tests).filter(t => t.startsWith('check_'));
+    return [...new Set(tests.map(t => t.replace(/:.*/, '')))].slice(0, 4);
+}
+
 const all = execFileSync('git', ['ls-files', 'src'], {encoding: 'utf8'})
     .split('\n')
     .filter(f => /\.(c|h|cpp|frag|vert|glsl)$/.test(f))
@@ -88,5 +103,5 @@ for (let n = 0; n < 1.3 * count;) {
     const before = lines.slice(first, i);
     console.log([`# line ${i + 1}`, file,
         ...[...before, lines[i]].map(l => `-${l}`),
-        ...[...before, way].map(l => `+${l}`), '= any', ''].join('\n'));
+        ...[...before, way].map(l => `+${l}`), `= ${[...testsOf(file), 'any'].join(' ')}`, ''].join('\n'));
 }

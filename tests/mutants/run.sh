@@ -44,7 +44,7 @@ prepare() {
     mkdir "$copy/build"
     for part in build/*; do
         case $part in
-        build/asan | build/clang | build/tsan | 'build/*') ;;
+        build/asan | build/clang | build/cov | build/tsan | 'build/*') ;;
         *) cp -a "$part" "$copy/build" ;;
         esac
     done
@@ -101,9 +101,12 @@ sees() {
         ! STOP=1 timeout 900 bash tests/run.sh --quick build >/dev/null 2>&1
         ;;
     *.sh)
-        [ "$name" != check-fuzz.sh ] || what=fuzzers
+        [ "$name" != check-fuzz.sh ] || what='config=asan fuzzers'
+        # shellcheck disable=SC2086
         make -s -j"$(nproc)" DEPS=no $what >/dev/null 2>&1 || return 2
-        ! ONLY=$only timeout 600 bash "tests/$name" >/dev/null 2>&1
+        [ "$what" = all ] && what=build || what=build/asan
+        ! ONLY=$only BUILD=$what timeout 600 bash "tests/$name" \
+            >/dev/null 2>&1
         ;;
     *)
         # shellcheck disable=SC2086
