@@ -346,7 +346,7 @@ for (const [o, of, dir] of [...s.outputs.map(o => [o, s, 'out/']),
         at += 4 + (n + 3 & ~3);
     }
     const same = (key, want) => keys[key] === String(want) ||
-        console.log(`${o.content}: ${key} is ${keys[key]}, not ${want}`);
+        console.log(`${o.content}: ${key}: found ${keys[key]}, wanted ${want}`);
     for (const k of ['content', 'method', 'lobe', 'mapping', 'geometry',
         'tolerance', 'lod_bias', 'lod_scale', 'lod_offset'])
         if (k in o)
@@ -361,19 +361,16 @@ for (const [o, of, dir] of [...s.outputs.map(o => [o, s, 'out/']),
     keys.estimate.split(',').forEach((x, l) => { // three digits and four
         const e = o.levels[l].estimated_error ?? 0;
         if (Math.abs(x - e) > 0.006 * e)
-            console.log(`level ${l}: estimate is ${x}, not ${e}`);
+            console.log(`level ${l}: estimate: found ${x}, wanted ${e}`);
     });
     if (dir === 'exact/') {
-        if (!(o.levels[2].estimated_error > 0))
-            console.log(JSON.stringify(o));
+        must('an estimate', o.levels[2].estimated_error > 0, o);
         continue;
     }
     same('roughness_range', o.roughness_range.join(':'));
     for (const k of ['jitter', 'pdf_mip']) same(k, o[k] ? 'yes' : 'no');
-    if (o.levels.map(l => l.samples).join() !== ',9,9,9' ||
-        o.lod_bias !== 0.5 || o.jitter !== true || o.pdf_mip !== false ||
-        o.whole_chain.size !== 32)
-        console.log(JSON.stringify(o));
+    equal('of samples', [o.levels.map(l => l.samples).join(), o.lod_bias, o.jitter,
+        o.pdf_mip, o.whole_chain.size], [',9,9,9', .5, true, false, 32]);
 }
 END
 }
@@ -398,15 +395,14 @@ test_sidecar_names() {
     has 'no UTF-8.*give another$' err
     iblbake -q $small "$odd.exr" -o out --name odd
     js <<'END'
-if (json('out/odd.json').source.path !== 'a%\ufffd\ufffd\ufffdb.exr') console.log('path');
+equal('path', json('out/odd.json').source.path, 'a%\ufffd\ufffd\ufffdb.exr');
 END
     odd='a%25é"\o'
     cp env.exr "$odd.exr"
     iblbake -q $small "$odd.exr" -o out
     js "$odd" <<'END'
 const [, , odd] = process.argv, {source, outputs} = json(`out/${odd}.json`);
-if (source.path !== odd + '.exr' || outputs[0].file !== odd + '_specular.ktx2')
-    console.log(source.path, outputs[0].file);
+equal('names', [source.path, outputs[0].file], [odd + '.exr', odd + '_specular.ktx2']);
 END
 }
 
@@ -417,7 +413,7 @@ test_lights() {
     local to='--size 32 --lut-size 8 --pixel rgba32f --format ktx --skybox 32'
     iblbake -q $to sunny.hdr -o all --rotate 70
     iblbake -q $to sunny.hdr -o rest --rotate 70 --sun -j 1
-    iblbake -q $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 \
+    iblbake $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 \
         --preview x.png 2>err
     has 'warning: 1 of 5 lights were taken: ' err
     cmp all/sunny_skybox.ktx rest/sunny_skybox.ktx
@@ -425,9 +421,8 @@ test_lights() {
     js <<'END'
 const [all, rest, again] =
     ['all', 'rest', 'again'].map(d => json(d + '/sunny.json'));
-if ('lights' in all || 'gltf' in all) console.log('lights that nobody wants');
-if (JSON.stringify(rest.lights) !== JSON.stringify(again.lights))
-    console.log('another light of one than of five');
+equal('lights that nobody wants', [all.lights, all.gltf], [undefined, undefined]);
+equal('the light of five', again.lights, rest.lights);
 const [light] = rest.lights;
 const less = all.sh.radiance.map((a, i) =>
     a.map((x, c) => x - rest.sh.radiance[i][c]));
@@ -518,14 +513,14 @@ for (const f of [hdr, exr]) {
     near(f.file + ' peak', f.peak, most, 1e-4 * most);
     near(f.file + ' bytes', f.bytes, fs.statSync(f.file).size, 0);
 }
-if (!/^Radiance RGBE/.test(hdr.format)) console.log(hdr.format);
+must('Radiance RGBE', /^Radiance RGBE/.test(hdr.format), hdr.format);
 near('negative pixels', sky.negative, 11, 0);
 const head = fs.readFileSync('out/env_specular.ktx2');
 [texture.width, texture.height, , texture.layers - 1, texture.faces,
     texture.levels.length].forEach((n, i) => i === 2 ||
         near('member ' + i, n, head.readUInt32LE(20 + 4 * i), 0));
 near('VkFormat', head.readUInt32LE(12), 109, 0);
-if (texture.format + texture.pixel !== 'ktx2rgba32f') console.log(texture.pixel);
+equal('format', texture.format + texture.pixel, 'ktx2rgba32f');
 const {outputs} = json('out/env.json');
 outputs.find(o => o.content === 'specular').levels.forEach((l, i) =>
     near('roughness', texture.levels[i].roughness, l.roughness, 1e-8));
@@ -578,7 +573,7 @@ test_info_of_headers() {
     js <<'END'
 const plain = name => JSON.stringify(json(name).files, (key, value) =>
     /^(peak|mean|nonfinite|negative)$/.test(key) ? undefined : value, 1);
-if (plain('no') !== plain('yes')) console.log(plain('no'), plain('yes'));
+equal('without texels', plain('no'), plain('yes'));
 near('files', json('no').files.length, 6, 0);
 END
     iblbake info cut 2>err && is 1 0 'status of what is cut'
@@ -635,7 +630,7 @@ for (const f of files) f.levels.forEach(({mean, roughness}, l) => {
     near(f.file + ' roughness', roughness, cube.levels[l].roughness, 0);
 });
 for (const f of files.slice(3))
-    if (JSON.stringify(f.keys) !== JSON.stringify(cube.keys)) console.log(f.keys);
+    equal('keys', f.keys, cube.keys);
 END
     refused 1 'iblbake: ../env.exr: is no texture (*' iblbake convert ../env.exr o.dds
     refused 1 'iblbake: b.ktx2: is a baked map (specular), *' \
@@ -717,7 +712,7 @@ function compare(name, face, as, slack, x0 = 0, y0 = 0) {
         const want = [0, 1, 2].map(c => as(face.at(x, y, c)));
         for (let c = 0; c < 3; c++)
             if (Math.abs(p.at(x + x0, y + y0, c) - want[c]) > slack(want, c))
-                return console.log(name, x, y, c, p.at(x + x0, y + y0, c), want[c]);
+                return near([name, x, y, c], p.at(x + x0, y + y0, c), want[c], 0);
     }
 }
 const sides = ['px', 'nx', 'py', 'ny', 'pz', 'nz'];
@@ -816,10 +811,9 @@ END
     js <<'END'
 const error = s => json(s + '.json').rendered.rows.filter(r => r.f0 == 1)
     .reduce((sum, r) => sum + r.nrmse, 0);
-if (!(error('auto') < 0.3 * error('none')))
-    console.log(error('auto'), error('none'));
+must(`.3 of ${error('none')}`, error('auto') < 0.3 * error('none'), error('auto'));
 for (const [s, n] of [['auto', 5], ['six', 6]])
-    if (json(s + '/lamps.json').lights.length !== n) console.log(s);
+    equal(s, json(s + '/lamps.json').lights.length, n);
 END
 }
 
@@ -834,8 +828,7 @@ const of = what => outputs.find(o => o.content === what);
 const got = [of('specular').width, of('specular').levels.length,
     of('specular').pixel, of('irradiance').width, of('brdf_lut').width,
     of('lobe_lut').width].join();
-if (got !== '40,3,rgba32f,5,17,9')
-    console.log(got);
+equal('sizes', got, '40,3,rgba32f,5,17,9');
 END
     [ $sanitized = no ] || return 0
     "$@" --dry-run | cmp - table
@@ -846,24 +839,21 @@ END
 const set = json('out/env.json');
 const {choice, outputs} = set;
 const bytes = outputs.reduce((sum, o) => sum + o.bytes, 0);
-if (!choice.reached || choice.set.rendered_error > 0.3 ||
-    !(choice.set.standard_error > 0 && choice.set.standard_error < 0.1) ||
-    choice.set.bytes > bytes || choice.set.bytes < 0.8 * bytes - 2000 ||
-    choice.set.bytes > choice.default.bytes / 8 ||
-    choice.default.bytes !== 4512768)
-    console.log(JSON.stringify(choice), bytes);
+const {rendered_error, standard_error, bytes: chosen} = choice.set;
+must('an error of .3', choice.reached && rendered_error <= 0.3 &&
+    standard_error > 0 && standard_error < 0.1, choice);
+must(`bytes of files, ${bytes}, and an eighth of the default's`, chosen <= bytes &&
+    chosen >= 0.8 * bytes - 2000 && chosen <= choice.default.bytes / 8, choice);
+equal('bytes of the default', choice.default.bytes, 4512768);
 const [out, least] = ['out', 'near'].map(d => json(`${d}/env.json`).choice.set);
-if (!(out.bytes < least.bytes / 1.5 &&
-    least.rendered_error < out.rendered_error))
-    console.log(JSON.stringify([out, least]));
+must('fewer bytes, more error', out.bytes < least.bytes / 1.5 &&
+    least.rendered_error < out.rendered_error, [out, least]);
 // A shader that goes by the mapping finds the levels where they are.
 for (const d of ['out', 'near', 'given']) {
     const {lod_scale, lod_offset, levels} =
         json(`${d}/env.json`).outputs.find(o => o.content === 'specular');
-    if (levels.some(({roughness: r}, l) =>
-        levels.length > 1 && !(Math.abs(r * (2 - r) * lod_scale + lod_offset -
-            l) < 1e-6)))
-        console.log(d, lod_scale, lod_offset, JSON.stringify(levels));
+    levels.forEach(({roughness: r}, l) => levels.length > 1 &&
+        near(d, r * (2 - r) * lod_scale + lod_offset, l, 1e-6));
 }
 END
 }
@@ -918,27 +908,25 @@ const seen = name => {
         names: set.outputs.map(o => o.file),
         layers: of('lobe_lut')?.layers.map(l => l.split('= ')[1]).join()};
 };
-const check = (ok, ...shown) => ok || console.log(JSON.stringify(shown));
 const matte = seen('matte'), mirror = seen('mirror'), all = seen('all');
 const unlit = seen('unlit'), sheen = seen('sheen');
-check(matte.specular.width <= 16 && matte.choice.reached &&
-    matte.choice.set.bytes < 30000, matte.specular, matte.choice);
-check(matte.scene.dielectric[64] === 1 && matte.scene.metal[64] === 0,
-    matte.scene);
-check(mirror.specular.levels.length === 1 && !mirror.irradiance &&
+must('16, 30000 bytes', matte.specular.width <= 16 && matte.choice.reached &&
+    matte.choice.set.bytes < 30000, [matte.specular, matte.choice]);
+equal('matte', [matte.scene.dielectric[64], matte.scene.metal[64]], [1, 0]);
+must('a level of r = 0', mirror.specular.levels.length === 1 && !mirror.irradiance &&
     mirror.specular.levels[0].roughness === 0, mirror.specular);
-check(all.specular.levels.length > 1 && !all.irradiance &&
+must('levels from r = 0', all.specular.levels.length > 1 && !all.irradiance &&
     all.specular.levels[0].roughness === 0, all.specular);
 /* Of the lobe table, what the materials look up. */
-check(matte.layers === '0.04,0.04' && mirror.layers === '1,1' &&
-    sheen.layers === '0.04,0.04', matte.layers, mirror.layers, sheen.layers);
-check(unlit.names.length === 4 && unlit.scene.unlit === 1 &&
-    unlit.choice.set.bytes === unlit.choice.default.bytes, unlit.names);
-check(sheen.specular.width <= 16, sheen.specular);
-const charlie = json('sheen/map_charlie.json');
-check(charlie.outputs[0].lobe === 'charlie' &&
-    charlie.outputs[0].levels.map(l => l.roughness).join() === '0.5' &&
-    charlie.outputs[0].bytes < 10000, charlie.outputs);
+equal('layers', [matte, mirror, sheen].map(s => s.layers),
+    ['0.04,0.04', '1,1', '0.04,0.04']);
+equal('unlit', [unlit.names.length, unlit.scene.unlit, unlit.choice.set.bytes],
+    [4, 1, unlit.choice.default.bytes]);
+must('16', sheen.specular.width <= 16, sheen.specular);
+const [charlie] = json('sheen/map_charlie.json').outputs;
+equal('charlie', [charlie.lobe, ...charlie.levels.map(l => l.roughness)],
+    ['charlie', .5]);
+must('10000 bytes', charlie.bytes < 10000, charlie);
 END
     # The least error is no more than the default's, whose bytes are all there are.
     iblbake env.hdr --rendered-error 0.0001 --dry-run >least

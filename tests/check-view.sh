@@ -187,7 +187,7 @@ test_against() {
 # Pictures with alpha, those of a turn, and the exposure of the mean.
 test_more_pictures() {
     draw a.png "$work/ktx2" --background transparent --no-labels
-    is 6 $(od -An -tu1 -j25 -N1 a.png) 'kind of PNG'
+    is 6 "$(od -An -tu1 -j25 -N1 a.png | xargs)" 'kind of PNG'
     iblview "$work/ktx2" $small --turntable 3 --offscreen b.png ||
         is 0 $? status
     is 'b-001.png b-002.png b-003.png' "$(ls b-*.png | xargs)"

@@ -172,6 +172,23 @@ END
         cat
     } | node - "$@"
 }
+# fetch_npm FOLDER PACKAGES: npm's, once: a network that is not there is no fault of
+# ours.
+fetch_npm() {
+    [ "$(cat "$1/fetched" 2>/dev/null)" = "$2" ] && return
+    # shellcheck disable=SC2086
+    npm install --no-save --no-package-lock --no-audit --no-fund \
+        --ignore-scripts --loglevel=error --prefix "$1" $2 && echo "$2" >"$1/fetched"
+}
+# report NAME FILE: what a program printed, whose last line is "N passed, N failed".
+report() {
+    sed '$d' "$2"
+    if [[ $(tail -n 1 "$2") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+        passed=$((passed + BASH_REMATCH[1])) failed=$((failed + BASH_REMATCH[2]))
+    else
+        verdict "$1" "wanted a verdict, found: $(tail -n 1 "$2")"
+    fi
+}
 need() { # PROGRAM...: without one of them nothing is tested
     local why
     why=$(have "$@") || skip_all "${why#skipped: }"

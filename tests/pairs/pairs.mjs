@@ -352,7 +352,8 @@ async function judge(cmd, row, laws = true, missing = false) {
         if (r.status === 1 && ('from' in row || row.ENV === '../folder' ||
             places(line(cmd, row)).length > 1 && cmd.tail))
             return result('');
-        r.message = lines.at(-1);
+        // With --verbose the times of what was done may follow it.
+        r.message = lines.filter(l => /^ibl/.test(l)).at(-1) ?? '';
         r.refused = true;
         return result(
             !/^ibl(bake|view): /.test(r.message) ? 'line: none on stderr' :
