@@ -231,7 +231,6 @@ test_incremental_options() {
 # Folders below a folder, whose outputs are in folders of the same names; the
 # tables are made once. What has no map any more goes, and nothing else.
 test_tree() {
-    local found
     mkdir -p m/a/b m/.hidden
     cp m/sun.hdr m/.hidden/no.hdr
     mv m/map1.hdr m/a
