@@ -31,7 +31,7 @@ fresh() {
     cd "$work/case" || exit 1
 }
 bake() { # ARGUMENTS: fails on any word
-    iblbake -q $options "$@" || echo "$*: status $?"
+    iblbake -q $options "$@" || is 0 $? "$*: status"
 }
 singly() { # DIR [OPTIONS]: each map alone
     local to=$1 f
@@ -84,10 +84,10 @@ test_lists() {
     cp m/sun.hdr capitals/SUN.HDR
     printf '\xEF\xBB\xBFm/%s\n \t\n' sun.hdr >marked
     bake --from marked -o f
-    ls f/sun_specular.ktx2 >ls || echo 'a list with a byte order mark'
+    there f/sun_specular.ktx2
     cp m/sun.hdr $'return.hdr\r'
     bake capitals --from <(printf 'return.hdr\r\0') -o e
-    ls e/{SUN,return}_specular.ktx2 >ls || echo 'capitals or a carriage return'
+    there e/{SUN,return}_specular.ktx2
     mkdir none
     touch none/notes.txt none/.hidden.hdr
     refused 1 '*none: is a directory without environments*' \
@@ -136,26 +136,26 @@ test_failures() {
     singly alone 2>/dev/null
     iblbake -q $options m -o many --keep-going 2>err
     status=$?
-    [ $status -eq 1 ] || echo "status $status"
+    is 1 $status status
     diff -r alone many
     sed 's/: .*//; s/.* failed$/&:/' err | sort -u >lines
-    grep -c 'n_bad.hdr: .*cut short' err >/dev/null || cat err
-    [ "$(tail -n 3 err)" = "iblbake: 2 of 6 maps failed:
+    has 'n_bad.hdr: .*cut short' err
+    is 'iblbake: 2 of 6 maps failed:
 iblbake: failed: m/n_bad.hdr
-iblbake: failed: m/sic.hdr" ] || cat err
+iblbake: failed: m/sic.hdr' "$(tail -n 3 err)"
     # Without it the first failure is the end, with one line of it.
     iblbake -q -j 1 $options m/map1.hdr m/n_bad.hdr m/sun.hdr -o first 2>err
     status=$?
-    [ $status -eq 1 ] || echo "status $status"
-    [ "$(wc -l <err)" = 1 ] || cat err
-    find first -name '*map1*' | grep -q . || echo 'what was done is gone'
+    is 1 $status status
+    lines 1 err
+    there first/map1.json
     find first -name '*sun*' -o -name '.*tmp' | grep .
     refused 1 '*: m/sun.hdr: level 0 of specular has *: nothing was written' \
         iblbake -q $options -j 1 m/sun.hdr m/map1.hdr -o first \
         --max-error 1e-9
     iblbake $options m/mild.exr m/sun.hdr -o first --lights 9 2>err
     for f in m/mild.exr m/sun.hdr; do
-        [ "$(grep -c "^iblbake: warning: $f: .* light" err)" = 1 ] || cat err
+        count 1 "^iblbake: warning: $f: .* light" err
     done
     : >file
     refused 1 'iblbake: file: is there and is no directory: *' \
@@ -166,7 +166,7 @@ iblbake: failed: m/sic.hdr" ] || cat err
     # Nothing is left where nothing was done.
     iblbake -q $options m/n_bad.hdr gone.hdr -o none 2>err
     iblbake -q $options m/*_bad.hdr m/sic.hdr -o none --keep-going 2>err
-    [ ! -e none ] || ls -A none
+    absent none
 }
 
 test_incremental() {
@@ -176,8 +176,8 @@ test_incremental() {
     diff -r -x .iblbake alone out
     times out >was
     iblbake $options -v m -o out --incremental 2>err
-    grep -q 'baked 0 maps, kept 4, 0 failed' err || cat err
-    times out | diff was - || echo 'something was touched'
+    has 'baked 0 maps, kept 4, 0 failed' err
+    times out | diff was -
     # Another time is no change of contents.
     touch -d '2 hours ago' m/sun.hdr
     bake m -o out --incremental
@@ -187,7 +187,7 @@ test_incremental() {
     rm out/map2_irradiance.ktx2
     echo >>out/mild.json
     iblbake $options -v m -o out --incremental 2>err
-    grep -q 'baked 3 maps, kept 1, 0 failed' err || cat err
+    has 'baked 3 maps, kept 1, 0 failed' err
     rm -r alone
     singly alone
     diff -r -x .iblbake alone out
@@ -197,7 +197,7 @@ test_incremental() {
     bake m -o out --incremental
     rm out/brdf_lut.ktx2
     iblbake $options -v m -o out --incremental 2>err
-    grep -q 'baked 0 maps, kept 4' err || cat err
+    has 'baked 0 maps, kept 4' err
     diff -r -x .iblbake alone out
 }
 
@@ -209,29 +209,28 @@ test_incremental_options() {
         '--name sun --only lut,specular,json'; do
         # shellcheck disable=SC2086
         iblbake $options -v m/sun.hdr -o out --incremental $set 2>err >printed
-        grep -q 'baked 1 maps, kept 0' err || echo "$set: kept"
+        has 'baked 1 maps, kept 0' err
         # shellcheck disable=SC2086
         iblbake -v $set $options -o out m/sun.hdr --incremental 2>err >printed
-        grep -q 'baked 0 maps, kept 1' err || echo "$set: not kept"
+        has 'baked 0 maps, kept 1' err
     done
     # Each name has a record of its own.
     for name in one two one two; do
         iblbake $options -v m/sun.hdr -o named --incremental --name $name 2>err
     done
-    grep -q 'baked 0 maps, kept 1' err || cat err
+    has 'baked 0 maps, kept 1' err
     # What does not decide what is made.
     iblbake $options -v m/sun.hdr -o out --incremental -j 1 --sync $set 2>err
-    grep -q 'kept 1' err || echo 'baked again for -j'
+    has 'kept 1' err
     # A stamp that is none.
     rm out/.iblbake/sun.map && mkfifo out/.iblbake/sun.map
     timeout 300 iblbake -q $options m/sun.hdr -o out --incremental 2>err
-    grep -q 'out/.iblbake/sun.map: is a pipe' err || echo "a pipe: $(cat err)"
+    has 'out/.iblbake/sun.map: is a pipe' err
 }
 
 # Folders below a folder, whose outputs are in folders of the same names; the
 # tables are made once. What has no map any more goes, and nothing else.
 test_tree() {
-    local found
     mkdir -p m/a/b m/.hidden
     cp m/sun.hdr m/.hidden/no.hdr
     mv m/map1.hdr m/a
@@ -240,30 +239,30 @@ test_tree() {
     ln -s .. m/a/loop
     sleep 0.05
     bake m -o flat
-    [ "$(ls flat | grep -c json)" = 2 ] || ls flat
+    is 2 "$(ls flat | grep -c json)" "sidecars of $(ls -m flat)"
     bake m -o out --recursive --incremental
     iblbake -q $options m/a/b/map2.hdr -o alone
     diff out/a/b alone | grep -v '"file": "\(../../\)*brdf_lut' | grep '^[<>]'
-    grep -q '"../../brdf_lut.ktx2"' out/a/b/map2.json || cat out/a/b/map2.json
-    found=$(find out -name 'brdf_lut*')
-    [ "$found" = out/brdf_lut.ktx2 ] || echo "$found"
-    iblbake verify -q m/a/b/map2.hdr out/a/b >verdict || cat verdict
-    grep -q brdf_lut verdict || cat verdict
+    has '"../../brdf_lut.ktx2"' out/a/b/map2.json
+    is out/brdf_lut.ktx2 "$(find out -name 'brdf_lut*')"
+    iblbake verify m/a/b/map2.hdr out/a/b >verdict || is 0 $? status
+    has brdf_lut verdict
     iblbake $options -v m -o out --recursive --incremental 2>err
-    grep -q 'baked 0 maps, kept 5, 0 failed' err || cat err
+    has 'baked 0 maps, kept 5, 0 failed' err
     # Without --prune all stays.
     rm -r m/a/b m/sun.hdr
     echo >>out/sun.json # another's now
     bake m -o out --recursive --incremental
-    [ -e out/a/b/map2.json ] || echo 'pruned unasked'
+    there out/a/b/map2.json
     touch out/notes.txt
     iblbake $options m -o out --recursive --incremental --prune 2>err
-    grep -q 'kept 3, 0 failed, removed 1:' err || cat err
-    grep -q 'warning: out/sun.json: its map is gone, but it changed' err || cat err
+    has 'kept 3, 0 failed, removed 1:' err
+    has 'warning: out/sun.json: its map is gone, but it changed' err
     find out ! -name '.*' | sort >left
     grep 'map2\|out/a/b' left
-    grep -q out/a/sun.json left && grep -q out/notes.txt left &&
-        grep -q out/sun.json left || cat left
+    has out/a/sun.json left
+    has out/notes.txt left
+    has out/sun.json left
 }
 
 test_depfile() {
@@ -273,9 +272,11 @@ lit/sun.json: m/sun.hdr m/mild.exr
 ${t}iblbake -q $options m/sun.hdr m/mild.exr -o lit --incremental --depfile d
 -include d
 END
-    make -s && make | grep -q 'up to date' || echo 'made twice'
+    make -s && make >said
+    has 'up to date' said
     for f in lit/*; do
-        make "$f" | grep -q 'Nothing to be done\|up to date' || echo "$f"
+        make "$f" >said
+        has "Nothing to be done\|up to date" said
     done
     for f in sun.hdr mild.exr; do
         iblbake -q $options m/$f -o lit --depfile one.d
@@ -301,22 +302,23 @@ END
     refused 1 '*new/brdf_lut.ktx2: is the name of another output too: *' \
         iblbake $options m -o new --depfile new/brdf_lut.ktx2
     bake m/sun.hdr m/mild.exr -o new --depfile new/all.d
-    grep -q 'm/mild.exr$' new/all.d || cat new/all.d
+    has 'm/mild.exr$' new/all.d
     iblbake -q $options m/sun.hdr no_%f.hdr -o new --keep-going \
         --depfile new/rest.d 2>err
-    grep -q 'm/sun.hdr$' new/rest.d || cat err
+    has 'm/sun.hdr$' new/rest.d
     # Names that a depfile cannot hold, of a map that is kept.
     cp m/sun.hdr 'm/a;b.hdr'
     sleep 0.05
     bake 'm/a;b.hdr' -o odd --incremental
     refused 1 '*a;b*: has a ;, which make or ninja cannot read *' \
         iblbake $options 'm/a;b.hdr' -o odd --incremental --depfile odd.d
-    [ ! -e odd.d ] || cat odd.d
+    absent odd.d
 }
 
 test_progress() {
     script -qec "iblbake -j 1 $options m -o out" log </dev/null >/dev/null
-    tr '\r' '\n' <log | grep -q '^maps  *\[#* *\] *[0-9]* %' || cat log
+    tr '\r' '\n' <log >bars
+    has '^maps  *\[#* *\] *[0-9]* %' bars
     iblbake -q $options m "$work/bad.hdr" -o out --keep-going --incremental \
         --progress json >events 2>/dev/null
     js <<'END'
@@ -324,21 +326,21 @@ const events = fs.readFileSync('events', 'utf8').trim().split('\n')
     .map(s => JSON.parse(s));
 const maps = events.filter(e => e.event === 'map');
 const [begin, end] = [events[0], events.at(-1)];
-const want = (what, ok) => ok || console.log(what, JSON.stringify(events));
-want('begin', begin.event === 'begin' && begin.maps === 5 &&
-    begin.kept === 0 && begin.pixels === 2048 + 512 + 2 * 128);
-want('maps', new Set(maps.map(e => e.map)).size === 5);
-want('done', maps.every((e, i) => e.done === i + 1 && e.maps === 5));
-want('failed', maps.filter(e => e.state === 'failed').length === 1 &&
-    maps.find(e => e.state === 'failed').error.includes('bad.hdr'));
-want('end', end.event === 'end' && end.baked === 4 && end.failed === 1);
+equal('begin', [begin.event, begin.maps, begin.kept, begin.pixels],
+    ['begin', 5, 0, 2048 + 512 + 2 * 128]);
+equal('maps', new Set(maps.map(e => e.map)).size, 5);
+equal('done', maps.map(e => [e.done, e.maps]), maps.map((_, i) => [i + 1, 5]));
+const failed = maps.filter(e => e.state === 'failed');
+must('bad.hdr alone', failed.length === 1 && failed[0].error.includes('bad.hdr'),
+    failed);
+equal('end', [end.event, end.baked, end.failed], ['end', 4, 1]);
 END
 }
 
 test_words_in_order() {
     local f
     iblbake $options m -o out --verify >printed 2>err
-    grep -q '^iblbake: baked 4 maps, kept 0, 0 failed: [0-9.]* s$' err || cat err
+    has '^iblbake: baked 4 maps, kept 0, 0 failed: [0-9.]* s$' err
     [ $sanitized = no ] || return 0
     for f in m/*; do
         echo "$f"
@@ -350,7 +352,7 @@ test_words_in_order() {
     iblbake $options m -o out --verify --progress json 2>&1 | grep -v '^{.*}$'
     iblbake $options -v m -o out 2>err
     for f in out/*.json out/*specular*; do
-        grep -q "^iblbake: wrote $f" err || echo "no word of $f"
+        has "^iblbake: wrote $f" err
     done
 }
 
@@ -373,7 +375,8 @@ test_shards() {
         iblbake -q $options m -o rest --keep-going --shard $k/2 2>err$k
     done
     diff -r alone rest
-    [ "$(cat err? | grep -c 'failed: m/z.hdr')" = 1 ] || cat err?
+    cat err? >err
+    count 1 'failed: m/z.hdr' err
     refused 1 '*--shard 6/6: there are 5 environments: take at most 5 shards' \
         iblbake m -o out --shard 6/6
 }
@@ -400,12 +403,14 @@ test_two_runs() {
                 8<&- &
         done
         if [ $held = out ]; then
-            within compgen -G 'out/.*tmp' || echo 'has no temporaries'
+            within compgen -G 'out/.*tmp' ||
+                echo "wanted out/.*tmp, found: $(ls -A out | xargs)"
             sleep 0.1
         else
-            within both_wait $held || cat /proc/locks
+            within both_wait $held ||
+                echo "wanted two that wait, found: $(cat /proc/locks)"
         fi
-        times out | grep -v tmp | diff was - || echo "files are new: $held"
+        times out | grep -v tmp | diff was - || echo "of $held"
         exec 8<&-
         wait
         times out >was
@@ -421,7 +426,7 @@ test_two_runs() {
         iblbake -q $options m/sun.hdr -o out --levels 2
         wait
         diff -rq -x .iblbake one out >/dev/null ||
-            diff -rq -x .iblbake two out >/dev/null || echo "pair $run is mixed"
+            diff -rq -x .iblbake two out >/dev/null || echo "of $run: wanted one or two, found both"
     done
 }
 
@@ -429,7 +434,7 @@ test_interrupted() {
     local status
     interrupt INT iblbake -q -j 2 m -o out --size 1024 --method sampled \
         --samples 1048576
-    [ $status -eq 130 ] || echo "status $status"
+    is 130 $status status
     find . -name '.*tmp' -o -name '*_specular*'
 }
 
@@ -440,7 +445,8 @@ test_memory_is_planned() {
     mkenv hdr 1024 512 >sky.hdr
     while read -r set; do
         # shellcheck disable=SC2086
-        ./peak iblbake sky.hdr -v -o out $set 2>err >printed || cat err
+        ./peak iblbake sky.hdr -v -o out $set 2>err >printed ||
+            is 0 $? "$set: $(cat err): status"
         awk -v what="with $set" '
             /plans .* MiB of memory/ { plan = 1024 * $3 }
             { peak = $1 }
@@ -461,9 +467,9 @@ END
     for set in a b c d; do cp sky.hdr m/$set.hdr; done
     for most in 100 200; do
         ./peak iblbake -q m -o out -j 4 --max-memory ${most}M 2>err ||
-            cat err
+            is 0 $? "$(cat err): status"
         [ "$(tail -n 1 err)" -le $((most * 1024)) ] ||
-            echo "$(cat err) KiB of $most MiB"
+            echo "found $(cat err) KiB, wanted $most MiB at most"
     done
 }
 

@@ -21,7 +21,7 @@ for group in size irradiance-step; do
         --html "$work/$group.html" \
         >"$work/$group.txt" 2>"$work/err"
     status=$?
-    verdict "$group" "$([ $status = 0 ] || echo "status $status")" \
+    verdict "$group" "$(is 0 $status status)" \
         "$(cat "$work/err")"
 done
 
@@ -35,9 +35,9 @@ if command -v node >/dev/null; then
     node - "$work" >"$work/node" 2>&1 <<'JS'
 const fs = require('fs'), dir = process.argv[2];
 const read = name => fs.readFileSync(`${dir}/${name}`, 'utf8');
-const need = (ok, text) => { if (!ok) console.log(text); };
+const need = (ok, text) => { if (!ok) console.log(text); }; // wanted and found
 const close = (a, b, text, slack = 1e-3) =>
-    need(Math.abs(a - b) <= slack * Math.abs(b), `${text}: ${a}, not ${b}`);
+    need(Math.abs(a - b) <= slack * Math.abs(b), `${text}: found ${a}, wanted ${b}`);
 const figures = ['time_s', 'bytes', 'specular', 'irradiance', 'table', 'metals',
     'dielectrics'];
 
@@ -46,7 +46,7 @@ const lines = group => {
     const [head, ...rows] = read(group + '.csv').trimEnd().split('\n').map(
         line => [...line.matchAll(/(?:^|,)("(?:[^"]|"")*"|[^,]*)/g)].map(f => f[1]));
     return rows.map((r, i) => {
-        need(r.length === head.length, `${group} line ${i}: ${r.length} fields`);
+        need(r.length === head.length, `${group} line ${i}: found ${r.length} fields, wanted ${head.length}`);
         const s = Object.fromEntries(head.map((name, k) => [name, r[k]]));
         for (const name of figures)
             s[name] = s[name] && ['', '_low', '_high'].map(e => Number(s[name + e]));
@@ -71,52 +71,54 @@ const of = (group, value) => lines(group)
     .find(s => s.group === group && s.value === value);
 need(of('irradiance-step', '.2').irradiance[0] > .1 &&
     of('irradiance-step', '.025').irradiance[0] < .02 &&
-    !of('irradiance-step', '.2').specular, 'irradiance by steps');
+    !of('irradiance-step', '.2').specular, 'irradiance by steps: wanted above .1 and ' +
+    `below .02, found ${JSON.stringify(['.2', '.025'].map(v => of('irradiance-step', v)))}`);
 
 for (const group of ['size', 'irradiance-step']) {
     const settings = lines(group);
     const [first, ...rest] = settings;
     need(first.value === 'none' && rest.every(s => s.group === group &&
-        s.options.endsWith(`--${group} ${s.value}"`)), `${group}: settings`);
+        s.options.endsWith(`--${group} ${s.value}"`)), `wanted none, then each --${group}, found ${settings.map(s => s.options)}`);
     for (const s of settings) {
-        need(s.map.endsWith('""sky"", dark.hdr"'), s.map);
+        need(s.map.endsWith('""sky"", dark.hdr"'), `found ${s.map}, wanted ""sky"", dark.hdr`);
         for (const name of figures.filter(f => s[f]))
             need(s[name][1] <= s[name][0] && s[name][0] <= s[name][2],
-                `${s.value}: ${name} ${s[name]}`);
+                `${s.value}: found ${name} ${s[name]}, wanted it between the last two`);
     }
     const text = read(group + '.txt');
-    need(text.includes(`; ${group === 'size' ? 3 : 1} rounds\n`), 'rounds');
+    need(text.includes(`; ${group === 'size' ? 3 : 1} rounds\n`), `wanted a word of rounds, found ${text}`);
     for (const s of settings)
         need(new RegExp(`^${s.group} +${s.value} `, 'm').test(text),
-            `no line of ${s.group} ${s.value}`);
+            `wanted a line of ${s.group} ${s.value}, found ${text}`);
 
     /* The page holds the lines, loads nothing, and draws them. */
     const page = read(group + '.html');
-    need(!/https?:|src=|<link|<img|url\(|@import/.test(page), 'loads something');
+    const loads = /https?:|src=|<link|<img|url\(|@import/.exec(page);
+    need(!loads, `wanted nothing loaded, found ${loads}`);
     const [, escaped] = page.match(/<pre[^>]*>([^]*?)<\/pre>/);
     const held = escaped.replace(/&lt;/g, '<').replace(/&amp;/g, '&');
-    need(held === read(group + '.csv'), 'other data');
+    need(held === read(group + '.csv'), `wanted the lines of ${group}.csv, found ${held}`);
     const [, script] = page.match(/<script>([^]*?)<\/script>/), main = {};
     new Function('document', script)({getElementById: () =>
         ({textContent: held}), querySelector: () => main});
     const html = main.innerHTML, open = [];
     for (const [tag, slash, name, more] of
         html.matchAll(/<(\/?)([a-z0-9]+)([^>]*)>/g))
-        if (slash) need(open.pop() === name, `unexpected ${tag}`);
+        if (slash) need(open.pop() === name, `wanted the end of what is open, found ${tag}`);
         else if (!more.endsWith('/')) open.push(name);
-    need(!open.length, `not closed: ${open}`);
-    need(!/NaN|undefined|Infinity/.test(html), 'a number that is none');
+    need(!open.length, `wanted an end of each, found ${open} open`);
+    need(!/NaN|undefined|Infinity/.test(html), `wanted numbers, found ${/.{20}(NaN|undefined|Infinity)/.exec(html)}`);
     const title = {'size': 'As rendered, by bytes',
         'irradiance-step': 'Irradiance'}[group];
     const figure = html.split('<figure>').find(f => f.includes(`>${title}<`));
     if (!figure) {
-        console.log(`no plot of ${title}`);
+        console.log(`wanted a plot of ${title}, found none`);
         continue;
     }
     const points = figure.match(/<circle r="4"/g) ?? [];
-    need(points.length >= rest.length, `${title}: ${points.length} points`);
+    need(points.length >= rest.length, `${title}: found ${points.length} points, wanted ${rest.length}`);
     for (const s of rest)
-        need(figure.includes(`>${s.value}</text>`), `${title}: no ${s.value}`);
+        need(figure.includes(`>${s.value}</text>`), `${title}: wanted ${s.value}, found ${figure}`);
 }
 JS
     verdict reports "$(cat "$work/node")"

@@ -135,11 +135,10 @@ test_what_cannot_be_printed() {
         '--rendered-error 1 --target bevy --size 32' \
         '--target cesium --size 32 --explain'; do
         # shellcheck disable=SC2086
-        iblbake env.exr -o full $set >/dev/full 2>err &&
-            echo "$set: a full stdout is not noticed"
-        [ "$(sed 's/No space left on device\|an earlier write failed/why/' err)" = \
-            'iblbake: standard output cannot be written: why' ] || cat err
-        [ ! -e full ] || ls full
+        iblbake env.exr -o full $set >/dev/full 2>err && is 1 0 "$set: status"
+        is 'iblbake: standard output cannot be written: why' \
+            "$(sed 's/No space left on device\|an earlier write failed/why/' err)"
+        absent full
     done
 }
 
@@ -152,7 +151,7 @@ test_same_bytes_for_any_number_of_threads() {
             --irradiance-size 5 --skybox 16 -o out --sh 5 --preview p.png \
             --depfile env.d &&
             iblbake ../env.hdr -q -j $j --size 16 -o sampled --zstd 5 \
-                --method sampled --samples 64 --jitter) || echo "-j $j: status $?"
+                --method sampled --samples 64 --jitter) || is 0 $? "-j $j: status"
     done
     diff -r 1 7
 }
@@ -163,12 +162,12 @@ test_every_instruction_set() {
     local isa
     for isa in c sse2 avx2; do
         iblbake env.exr $small -o $isa --isa $isa 2>err ||
-            grep -q "no $isa; the best" err || cat err
+            has "no $isa; the best" err
     done
-    grep -q '"arithmetic": "plain"' c/env.json || cat c/env.json
+    has '"arithmetic": "plain"' c/env.json
     [ ! -d sse2 ] || diff -r c sse2
     [ -d avx2 ] || return
-    grep -q '"arithmetic": "fused"' avx2/env.json || cat avx2/env.json
+    has '"arithmetic": "fused"' avx2/env.json
     GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2 \
         iblbake env.exr $small -o libm --isa avx2
     diff -r avx2 libm
@@ -178,8 +177,8 @@ test_every_instruction_set() {
 ended_by() { # SIGNAL STATUS
     interrupt "$1" iblbake env.exr -q -j 2 -o new/out --size 1024 \
         --method sampled --samples 1048576 --skybox 64 --depfile env.d
-    [ $status -eq "$2" ] || echo "$1: status $status, not $2"
-    ls | tr '\n' ' ' | grep -qx 'env.exr env.hdr ' || ls -R
+    is "$2" $status "$1: status"
+    is 'env.exr env.hdr' "$(ls -R | xargs | cut -d' ' -f2-)"
 }
 test_interrupted_leaves_nothing() {
     local ends
@@ -194,27 +193,27 @@ test_interrupted_leaves_nothing() {
 test_closed_descriptors() {
     iblbake env.hdr --size 16 -o out --only specular && mv out ok
     iblbake env.hdr --size 16 -v -o out --only specular <&- >&- 2>&- ||
-        echo "status $?"
+        is 0 $? status
     diff -r ok out
-    iblbake - $small -o out <&- 2>err && echo 'reads a closed input'
-    [ "$(wc -l <err)" = 1 ] || cat err
+    iblbake - $small -o out <&- 2>err && is 1 0 'status of a closed input'
+    lines 1 err
 }
 
 # Four files and a directory, and two more where the latter is new.
 test_sync() {
-    iblbake env.exr $small -o one && iblbake env.exr $small -o two --sync ||
-        echo 'failed'
+    works iblbake env.exr $small -o one
+    works iblbake env.exr $small -o two --sync
     diff -r one two
     [ $sanitized = no ] || return 0
     preload
     # No call is there to fail, and just six.
     LD_PRELOAD=$work/preload.so FAULT='flush 5 0' iblbake env.exr $small -o one ||
-        echo 'flushed unasked'
+        is 0 $? 'status where a flush fails that nobody asks for'
     LD_PRELOAD=$work/preload.so FAULT='flush 5 6' \
-        iblbake env.exr $small -o one --sync || echo 'flushed too often'
+        iblbake env.exr $small -o one --sync || is 0 $? 'status where the seventh fails'
     LD_PRELOAD=$work/preload.so FAULT='flush 5 5' \
-        iblbake env.exr $small -o one --sync 2>err && echo 'not all are flushed'
-    grep -q ' flushed.*: Input/output error' err || cat err
+        iblbake env.exr $small -o one --sync 2>err && is 1 0 'status where the sixth fails'
+    has ' flushed.*: Input/output error' err
 }
 
 # Under nohup a hangup is of no account.
@@ -231,17 +230,17 @@ test_ignored_signals() {
     kill -HUP $pid
     cat env.exr >&8
     exec 8>&-
-    wait $pid || echo "status $?"
-    [ -s out/env.json ] || echo 'nothing was written'
+    wait $pid || is 0 $? status
+    there out/env.json
 }
 
 test_interrupted_while_reading_a_pipe() {
     mkfifo pipe
     exec 8<>pipe
     timeout --preserve-status -s INT 1 iblbake - -o out <pipe
-    [ $? -eq 130 ] || echo "status is not 130"
+    is 130 $? status
     exec 8>&-
-    [ ! -e out ] || echo 'out is there'
+    absent out
 }
 
 test_progress_on_a_terminal() {
@@ -249,27 +248,25 @@ test_progress_on_a_terminal() {
     [ $sanitized = no ] || long='--size 64 --lut-size 64'
     script -qec "iblbake env.exr $long -o out" log \
         </dev/null >/dev/null
-    grep -q '\[#* *\] *[0-9]* %' log || echo 'no bar'
+    has '\[#* *\] *[0-9]* %' log
     # What was drawn last is wiped off.
-    tr '\r' '\n' <log | grep -v '^Script\|^$' | tail -n 1 | grep -q '#' &&
-        echo 'the bar is left behind'
+    is '' "$(tr '\r' '\n' <log | grep -v '^Script\|^$' | tail -n 1 | grep '#')" bar
     script -qec "iblbake -q env.exr $long -o out" log \
         </dev/null >/dev/null
-    grep -q '%' log && echo 'a bar with -q'
+    is '' "$(grep '%' log)" 'bar with -q'
     iblbake env.exr $small -o out 2>err
-    [ ! -s err ] || cat err
+    lines 0 err
 }
 
 test_verbose_names_what_was_read_and_written() {
     local f
     iblbake -v env.exr $small -o out --preview p.png --depfile d 2>err
-    grep -qx 'iblbake: read env.exr: OpenEXR, .*, 64 x 32, peak .*' err ||
-        cat err
+    has -x 'iblbake: read env.exr: OpenEXR, .*, 64 x 32, peak .*' err
     for f in out/* p.png d; do
-        grep -q "^iblbake: wrote $f" err || echo "no word of $f"
+        has "^iblbake: wrote $f" err
     done
-    grep -qE '^total +[0-9.]+ s$' err || cat err
-    grep -qF 'specular.ktx2: cube, rgba16f, 16 x 16, levels: 2' err || cat err
+    has -E '^total +[0-9.]+ s$' err
+    has -F 'specular.ktx2: cube, rgba16f, 16 x 16, levels: 2' err
 }
 
 # What a character may do to make or to ninja is refused; with all others both
@@ -284,26 +281,27 @@ test_depfile_characters() {
         if iblbake -q --only json -o o --name n --depfile d "a${c}b" 2>err; then
             held=$held$c
         else
-            grep -q 'has .*, which make or ninja cannot read' err || cat err
+            has 'has .*, which make or ninja cannot read' err
         fi
     done
-    [ $sanitized = yes ] || [ "$held" = $'\377 !#$()+,-:@[\\]_{}~' ] ||
-        echo "held: $held"
+    [ $sanitized = yes ] || is $'\377 !#$()+,-:@[\\]_{}~' "$held" 'names'
     for c in ' ' ')' ':' '\'; do # not at the end
         ln env.exr "a$c"
-        iblbake -q --only json -o o --name n --depfile d "a$c" 2>err && echo "a$c"
+        iblbake -q --only json -o o --name n --depfile d "a$c" 2>err && is 1 0 "a$c: status"
     done
     for name in 'b#c$d:e\f\ g' "a${held}b"; do
         ln env.exr "$name"
         iblbake -q --only json -o o --name n --depfile d "$name"
         rm "$name"
-        make -f d o/n.json 2>&1 | grep -qF "'$name'" || echo "make: $name"
+        make -f d o/n.json >said 2>&1
+        has -F "'$name'" said
         command -v ninja >/dev/null || continue
         printf 'rule r\n command = cp d e\n deps = gcc\n depfile = e\n%s' \
             $'build o/n.json: r\n' >build.ninja
         rm -f .ninja_*
-        ninja >log || cat log
-        ninja -t deps | grep -qxF "    $name" || echo "ninja: $name"
+        ninja >log || is 0 $? "$(cat log): status"
+        ninja -t deps >said
+        has -xF "    $name" said
     done
 }
 
@@ -321,8 +319,8 @@ test_environment_of_faces() {
     iblbake -q $small b/f_skybox.ktx2 -o c --name f
     cmp a/f_specular.ktx2 b/f_specular.ktx2
     cmp a/f_irradiance.ktx2 b/f_irradiance.ktx2
-    [ "$(grep -c 'f_.*exr' d)" = 6 ] || echo "depfile: $(cat d)"
-    [ "$(grep -c '"layout": "faces"' a/f.json)" = 1 ] || echo "no layout"
+    count 6 'f_.*exr' d
+    count 1 '"layout": "faces"' a/f.json
     iblbake verify -q b/f_skybox.ktx2 c --name f --max-error 0.02
 }
 
@@ -348,7 +346,7 @@ for (const [o, of, dir] of [...s.outputs.map(o => [o, s, 'out/']),
         at += 4 + (n + 3 & ~3);
     }
     const same = (key, want) => keys[key] === String(want) ||
-        console.log(`${o.content}: ${key} is ${keys[key]}, not ${want}`);
+        console.log(`${o.content}: ${key}: found ${keys[key]}, wanted ${want}`);
     for (const k of ['content', 'method', 'lobe', 'mapping', 'geometry',
         'tolerance', 'lod_bias', 'lod_scale', 'lod_offset'])
         if (k in o)
@@ -363,19 +361,16 @@ for (const [o, of, dir] of [...s.outputs.map(o => [o, s, 'out/']),
     keys.estimate.split(',').forEach((x, l) => { // three digits and four
         const e = o.levels[l].estimated_error ?? 0;
         if (Math.abs(x - e) > 0.006 * e)
-            console.log(`level ${l}: estimate is ${x}, not ${e}`);
+            console.log(`level ${l}: estimate: found ${x}, wanted ${e}`);
     });
     if (dir === 'exact/') {
-        if (!(o.levels[2].estimated_error > 0))
-            console.log(JSON.stringify(o));
+        must('an estimate', o.levels[2].estimated_error > 0, o);
         continue;
     }
     same('roughness_range', o.roughness_range.join(':'));
     for (const k of ['jitter', 'pdf_mip']) same(k, o[k] ? 'yes' : 'no');
-    if (o.levels.map(l => l.samples).join() !== ',9,9,9' ||
-        o.lod_bias !== 0.5 || o.jitter !== true || o.pdf_mip !== false ||
-        o.whole_chain.size !== 32)
-        console.log(JSON.stringify(o));
+    equal('of samples', [o.levels.map(l => l.samples).join(), o.lod_bias, o.jitter,
+        o.pdf_mip, o.whole_chain.size], [',9,9,9', .5, true, false, 32]);
 }
 END
 }
@@ -396,19 +391,18 @@ test_sidecar_names() {
     local odd
     odd=$(printf 'a%%\377\303\251b')
     cp env.exr "$odd.exr"
-    iblbake -q $small "$odd.exr" -o out 2>err && echo written
-    grep -q 'no UTF-8.*give another$' err || cat err
+    iblbake -q $small "$odd.exr" -o out 2>err && is 1 0 status
+    has 'no UTF-8.*give another$' err
     iblbake -q $small "$odd.exr" -o out --name odd
     js <<'END'
-if (json('out/odd.json').source.path !== 'a%\ufffd\ufffd\ufffdb.exr') console.log('path');
+equal('path', json('out/odd.json').source.path, 'a%\ufffd\ufffd\ufffdb.exr');
 END
     odd='a%25é"\o'
     cp env.exr "$odd.exr"
     iblbake -q $small "$odd.exr" -o out
     js "$odd" <<'END'
 const [, , odd] = process.argv, {source, outputs} = json(`out/${odd}.json`);
-if (source.path !== odd + '.exr' || outputs[0].file !== odd + '_specular.ktx2')
-    console.log(source.path, outputs[0].file);
+equal('names', [source.path, outputs[0].file], [odd + '.exr', odd + '_specular.ktx2']);
 END
 }
 
@@ -419,17 +413,16 @@ test_lights() {
     local to='--size 32 --lut-size 8 --pixel rgba32f --format ktx --skybox 32'
     iblbake -q $to sunny.hdr -o all --rotate 70
     iblbake -q $to sunny.hdr -o rest --rotate 70 --sun -j 1
-    iblbake -q $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 \
+    iblbake $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 \
         --preview x.png 2>err
-    grep -q 'warning: 1 of 5 lights were taken: ' err || cat err
+    has 'warning: 1 of 5 lights were taken: ' err
     cmp all/sunny_skybox.ktx rest/sunny_skybox.ktx
     for f in rest/*.ktx; do cmp "$f" "again/${f#*/}"; done
     js <<'END'
 const [all, rest, again] =
     ['all', 'rest', 'again'].map(d => json(d + '/sunny.json'));
-if ('lights' in all || 'gltf' in all) console.log('lights that nobody wants');
-if (JSON.stringify(rest.lights) !== JSON.stringify(again.lights))
-    console.log('another light of one than of five');
+equal('lights that nobody wants', [all.lights, all.gltf], [undefined, undefined]);
+equal('the light of five', again.lights, rest.lights);
 const [light] = rest.lights;
 const less = all.sh.radiance.map((a, i) =>
     a.map((x, c) => x - rest.sh.radiance[i][c]));
@@ -469,7 +462,7 @@ test_sh_formats() {
     iblbake -q --size 8 --only specular --format ktx --sh 1 env.exr -o less
     ls key less >names
     printf '%s:\nenv_specular.ktx\n' key less | sed '2a\\' | diff - names
-    grep -aq 'sh.$' less/env_specular.ktx && echo 'a key of four'
+    is '' "$(grep -ao 'sh.$' less/env_specular.ktx)" 'key of four'
     js <<'END'
 const lines = fs.readFileSync('cmgen/env_sh.txt', 'utf8').trim().split('\n');
 const cmgen = lines.flatMap(line => line.match(
@@ -505,7 +498,7 @@ fs.writeFileSync('sun.hdr', Buffer.concat([Buffer.from('#?RADIANCE\n' +
     'FORMAT=32-bit_rle_rgbe\n\n-Y 128 +X 256\n'), pixels]));
 END
     iblbake info --json -q env.hdr env.exr sky.exr out/env_specular.ktx2 odd.ktx2 \
-        out/brdf_lut.ktx2 sun.hdr >info.json || echo "status $?"
+        out/brdf_lut.ktx2 sun.hdr >info.json || is 0 $? status
     oiiotool --info --stats env.hdr env.exr >stats
     js <<'END'
 const {files} = json('info.json');
@@ -520,14 +513,14 @@ for (const f of [hdr, exr]) {
     near(f.file + ' peak', f.peak, most, 1e-4 * most);
     near(f.file + ' bytes', f.bytes, fs.statSync(f.file).size, 0);
 }
-if (!/^Radiance RGBE/.test(hdr.format)) console.log(hdr.format);
+must('Radiance RGBE', /^Radiance RGBE/.test(hdr.format), hdr.format);
 near('negative pixels', sky.negative, 11, 0);
 const head = fs.readFileSync('out/env_specular.ktx2');
 [texture.width, texture.height, , texture.layers - 1, texture.faces,
     texture.levels.length].forEach((n, i) => i === 2 ||
         near('member ' + i, n, head.readUInt32LE(20 + 4 * i), 0));
 near('VkFormat', head.readUInt32LE(12), 109, 0);
-if (texture.format + texture.pixel !== 'ktx2rgba32f') console.log(texture.pixel);
+equal('format', texture.format + texture.pixel, 'ktx2rgba32f');
 const {outputs} = json('out/env.json');
 outputs.find(o => o.content === 'specular').levels.forEach((l, i) =>
     near('roughness', texture.levels[i].roughness, l.roughness, 1e-8));
@@ -558,9 +551,9 @@ END
     head -c 4000 odd.ktx2 >out/cut.ktx2
     echo nothing >out/not.dds
     echo text >out/notes.txt
-    iblbake info out >listed 2>err && echo 'damage without status 1'
-    cut -d : -f 2 err | cmp - <(printf ' out/%s\n' cut.ktx2 not.dds) || cat err
-    [ "$(wc -l <listed)" = 4 ] || cat listed
+    iblbake info out >listed 2>err && is 1 0 'status of damage'
+    cut -d : -f 2 err | diff - <(printf ' out/%s\n' cut.ktx2 not.dds)
+    lines 4 listed
     refused 1 'iblbake: none: is a directory without *' sh -c \
         'mkdir none; iblbake info none; status=$?; rmdir none; exit $status'
 }
@@ -580,11 +573,11 @@ test_info_of_headers() {
     js <<'END'
 const plain = name => JSON.stringify(json(name).files, (key, value) =>
     /^(peak|mean|nonfinite|negative)$/.test(key) ? undefined : value, 1);
-if (plain('no') !== plain('yes')) console.log(plain('no'), plain('yes'));
+equal('without texels', plain('no'), plain('yes'));
 near('files', json('no').files.length, 6, 0);
 END
-    iblbake info cut 2>err && echo 'cut, and status 0'
-    [ "$(grep -c 'iblbake: cut/.*: damaged or cut short: ' err)" = 6 ] || cat err
+    iblbake info cut 2>err && is 1 0 'status of what is cut'
+    count 6 'iblbake: cut/.*: damaged or cut short: ' err
 }
 # The headers of 1,000 textures of 6 MiB in a second, without their texels.
 test_info_of_many() {
@@ -594,7 +587,7 @@ test_info_of_many() {
         require("fs").linkSync("out/env_specular.ktx2", `out/${n}.ktx2`)'
     (
         ulimit -t 1
-        iblbake info -j 1 out >listed 2>err || echo "status $?"
+        iblbake info -j 1 out >listed 2>err || is 0 $? status
     )
     [ "$(grep -c '256x256x6 .*ktx2 rgba32f' listed)" = 1001 ] ||
         { tail -n 1 listed; cat err; }
@@ -613,7 +606,7 @@ test_convert() {
         for file in env_specular env_irradiance; do
             # shellcheck disable=SC2086
             iblbake convert -q all/$file.ktx2 got/$file.${with%% *} \
-                ${with#* } || echo "$with"
+                ${with#* } || is 0 $? "$with: status"
             cmp {got,want}/$file.${with%% *}
         done
         rm -r want
@@ -637,14 +630,13 @@ for (const f of files) f.levels.forEach(({mean, roughness}, l) => {
     near(f.file + ' roughness', roughness, cube.levels[l].roughness, 0);
 });
 for (const f of files.slice(3))
-    if (JSON.stringify(f.keys) !== JSON.stringify(cube.keys)) console.log(f.keys);
+    equal('keys', f.keys, cube.keys);
 END
     refused 1 'iblbake: ../env.exr: is no texture (*' iblbake convert ../env.exr o.dds
     refused 1 'iblbake: b.ktx2: is a baked map (specular), *' \
         iblbake b.ktx2 -o none --only skybox --skybox 4
     iblbake b.ktx2 -o some --only skybox --skybox 4 --prefiltered 2>err
-    grep -q 'warning: b.ktx2: is a baked map (specular), whose level 0 is' err ||
-        cat err
+    has 'warning: b.ktx2: is a baked map (specular), whose level 0 is' err
     refused 1 'iblbake: b.ktx2: such a file cannot hold these texels: *' \
         iblbake convert b.ktx2 o.dds --pixel astc4x4hdr
     refused 1 'iblbake: lobes.ktx: has layers or alpha, *' \
@@ -667,7 +659,7 @@ test_pictures() {
         'png --format png' 'clip --format png --tone clip'; do
         # shellcheck disable=SC2086
         iblbake -q env.exr -o "${with%% *}" $small --levels 2 --skybox 8 \
-            ${with#* } || echo "$with"
+            ${with#* } || is 0 $? "$with: status"
     done
     iblbake convert flat/env_specular.ktx2 flat.exr
     iblbake convert 32/env_specular.ktx2 cubes.exr
@@ -720,7 +712,7 @@ function compare(name, face, as, slack, x0 = 0, y0 = 0) {
         const want = [0, 1, 2].map(c => as(face.at(x, y, c)));
         for (let c = 0; c < 3; c++)
             if (Math.abs(p.at(x + x0, y + y0, c) - want[c]) > slack(want, c))
-                return console.log(name, x, y, c, p.at(x + x0, y + y0, c), want[c]);
+                return near([name, x, y, c], p.at(x + x0, y + y0, c), want[c], 0);
     }
 }
 const sides = ['px', 'nx', 'py', 'ny', 'pz', 'nz'];
@@ -763,9 +755,9 @@ for (const o of json('exr/env.json').outputs) {
 END
     cmp crosses_1.hdr cross/env_specular_1.hdr
     oiiotool --info -v pano/env_skybox.exr exr32/env_skybox_px.exr >said
-    grep -q 'iblbake.content: "skybox"' said || echo 'no keys'
-    grep -q 'LatLong Environment' said || echo 'no envmap'
-    grep -q 'chromaticities: 0.713, 0.293' said || echo 'no primaries'
+    has 'iblbake.content: "skybox"' said
+    has 'LatLong Environment' said
+    has 'chromaticities: 0.713, 0.293' said
     # shellcheck disable=SC2086
     # They are read again: the same cube, which was turned there and back.
     iblbake -q pano/env_skybox.exr -o again $sky --rotate -90 --name a
@@ -803,8 +795,8 @@ END
     local f s to='--size 64 --irradiance-size 8 --lut-size 8 --format dds'
     iblbake $to lamps.hdr -o auto --lights auto -j 1 2>err
     iblbake $to env.exr -o none --lights auto 2>>err
-    cat err
-    grep -q '"lights": \[\]' none/env.json || echo 'lights of env.exr'
+    lines 0 err
+    has '"lights": \[\]' none/env.json
     iblbake -q $to lamps.hdr -o again --lights auto -j 3
     iblbake -q $to lamps.hdr -o five --lights 5
     iblbake -q $to lamps.hdr -o six --lights 6
@@ -819,10 +811,9 @@ END
     js <<'END'
 const error = s => json(s + '.json').rendered.rows.filter(r => r.f0 == 1)
     .reduce((sum, r) => sum + r.nrmse, 0);
-if (!(error('auto') < 0.3 * error('none')))
-    console.log(error('auto'), error('none'));
+must(`.3 of ${error('none')}`, error('auto') < 0.3 * error('none'), error('auto'));
 for (const [s, n] of [['auto', 5], ['six', 6]])
-    if (json(s + '/lamps.json').lights.length !== n) console.log(s);
+    equal(s, json(s + '/lamps.json').lights.length, n);
 END
 }
 
@@ -837,36 +828,32 @@ const of = what => outputs.find(o => o.content === what);
 const got = [of('specular').width, of('specular').levels.length,
     of('specular').pixel, of('irradiance').width, of('brdf_lut').width,
     of('lobe_lut').width].join();
-if (got !== '40,3,rgba32f,5,17,9')
-    console.log(got);
+equal('sizes', got, '40,3,rgba32f,5,17,9');
 END
     [ $sanitized = no ] || return 0
     "$@" --dry-run | cmp - table
     iblbake env.exr --rendered-error .3 -o out >table
     iblbake env.exr --rendered-error .0001 -o near >table
-    grep -q 'cannot be reached, the least is' table || cat table
+    has 'cannot be reached, the least is' table
     js <<'END'
 const set = json('out/env.json');
 const {choice, outputs} = set;
 const bytes = outputs.reduce((sum, o) => sum + o.bytes, 0);
-if (!choice.reached || choice.set.rendered_error > 0.3 ||
-    !(choice.set.standard_error > 0 && choice.set.standard_error < 0.1) ||
-    choice.set.bytes > bytes || choice.set.bytes < 0.8 * bytes - 2000 ||
-    choice.set.bytes > choice.default.bytes / 8 ||
-    choice.default.bytes !== 4512768)
-    console.log(JSON.stringify(choice), bytes);
+const {rendered_error, standard_error, bytes: chosen} = choice.set;
+must('an error of .3', choice.reached && rendered_error <= 0.3 &&
+    standard_error > 0 && standard_error < 0.1, choice);
+must(`bytes of files, ${bytes}, and an eighth of the default's`, chosen <= bytes &&
+    chosen >= 0.8 * bytes - 2000 && chosen <= choice.default.bytes / 8, choice);
+equal('bytes of the default', choice.default.bytes, 4512768);
 const [out, least] = ['out', 'near'].map(d => json(`${d}/env.json`).choice.set);
-if (!(out.bytes < least.bytes / 1.5 &&
-    least.rendered_error < out.rendered_error))
-    console.log(JSON.stringify([out, least]));
+must('fewer bytes, more error', out.bytes < least.bytes / 1.5 &&
+    least.rendered_error < out.rendered_error, [out, least]);
 // A shader that goes by the mapping finds the levels where they are.
 for (const d of ['out', 'near', 'given']) {
     const {lod_scale, lod_offset, levels} =
         json(`${d}/env.json`).outputs.find(o => o.content === 'specular');
-    if (levels.some(({roughness: r}, l) =>
-        levels.length > 1 && !(Math.abs(r * (2 - r) * lod_scale + lod_offset -
-            l) < 1e-6)))
-        console.log(d, lod_scale, lod_offset, JSON.stringify(levels));
+    levels.forEach(({roughness: r}, l) => levels.length > 1 &&
+        near(d, r * (2 - r) * lod_scale + lod_offset, l, 1e-6));
 }
 END
 }
@@ -893,8 +880,8 @@ test_scenes() {
         iblbake --scene matte.gltf --strict --dry-run env.exr
     cp mirror.gltf env.gltf
     iblbake env.exr --scene env.gltf --format gltf --mapping linear -o . \
-        2>err >table && echo written
-    grep -q 'env.gltf: is both input and output' err || cat err
+        2>err >table && is 1 0 status
+    has 'env.gltf: is both input and output' err
     cmp mirror.gltf env.gltf
     # Options of the split sum's table are not of sheen's, and the bytes told
     # are those of the files but for what says what they are.
@@ -902,18 +889,17 @@ test_scenes() {
         -o split >split.txt
     awk -v told="$(sed -n 's/^bytes of texels *\([0-9]*\).*/\1/p' split.txt)" \
         -v there="$(cat split/*.ktx2 | wc -c)" \
-        'BEGIN { exit !(told < there && there < told + 20000) }' ||
-        cat split.txt
+        'BEGIN { if (!(told < there && there < told + 20000))
+            print "files of " there " bytes, wanted " told " to 20000 more" }'
     [ $sanitized = no ] || return 0
     for scene in matte mirror all unlit sheen; do
         map=env.exr
         [ $scene = sheen ] || map=$OLDPWD/data/forest.exr
         iblbake "$map" --scene $scene.gltf --depfile $scene.d -o $scene \
-            --name map >$scene.txt 2>$scene.err || cat $scene.txt
-        [ "$(sed -n '$s/ *//p' $scene.d)" = $scene.gltf ] || cat $scene.d
+            --name map >$scene.txt 2>$scene.err || is 0 $? "$scene: status"
+        is $scene.gltf "$(sed -n '$s/ *//p' $scene.d)"
     done
-    grep -q 'warning: matte.gltf: materials\[0\].occlusionTexture.index: .* left' \
-        matte.err || cat matte.err
+    has 'warning: matte.gltf: materials\[0\].occlusionTexture.index: .* left' matte.err
     js <<'END'
 const seen = name => {
     const set = json(`${name}/map.json`);
@@ -922,38 +908,38 @@ const seen = name => {
         names: set.outputs.map(o => o.file),
         layers: of('lobe_lut')?.layers.map(l => l.split('= ')[1]).join()};
 };
-const check = (ok, ...shown) => ok || console.log(JSON.stringify(shown));
 const matte = seen('matte'), mirror = seen('mirror'), all = seen('all');
 const unlit = seen('unlit'), sheen = seen('sheen');
-check(matte.specular.width <= 16 && matte.choice.reached &&
-    matte.choice.set.bytes < 30000, matte.specular, matte.choice);
-check(matte.scene.dielectric[64] === 1 && matte.scene.metal[64] === 0,
-    matte.scene);
-check(mirror.specular.levels.length === 1 && !mirror.irradiance &&
+must('16, 30000 bytes', matte.specular.width <= 16 && matte.choice.reached &&
+    matte.choice.set.bytes < 30000, [matte.specular, matte.choice]);
+equal('matte', [matte.scene.dielectric[64], matte.scene.metal[64]], [1, 0]);
+must('a level of r = 0', mirror.specular.levels.length === 1 && !mirror.irradiance &&
     mirror.specular.levels[0].roughness === 0, mirror.specular);
-check(all.specular.levels.length > 1 && !all.irradiance &&
+must('levels from r = 0', all.specular.levels.length > 1 && !all.irradiance &&
     all.specular.levels[0].roughness === 0, all.specular);
 /* Of the lobe table, what the materials look up. */
-check(matte.layers === '0.04,0.04' && mirror.layers === '1,1' &&
-    sheen.layers === '0.04,0.04', matte.layers, mirror.layers, sheen.layers);
-check(unlit.names.length === 4 && unlit.scene.unlit === 1 &&
-    unlit.choice.set.bytes === unlit.choice.default.bytes, unlit.names);
-check(sheen.specular.width <= 16, sheen.specular);
-const charlie = json('sheen/map_charlie.json');
-check(charlie.outputs[0].lobe === 'charlie' &&
-    charlie.outputs[0].levels.map(l => l.roughness).join() === '0.5' &&
-    charlie.outputs[0].bytes < 10000, charlie.outputs);
+equal('layers', [matte, mirror, sheen].map(s => s.layers),
+    ['0.04,0.04', '1,1', '0.04,0.04']);
+equal('unlit', [unlit.names.length, unlit.scene.unlit, unlit.choice.set.bytes],
+    [4, 1, unlit.choice.default.bytes]);
+must('16', sheen.specular.width <= 16, sheen.specular);
+const [charlie] = json('sheen/map_charlie.json').outputs;
+equal('charlie', [charlie.lobe, ...charlie.levels.map(l => l.roughness)],
+    ['charlie', .5]);
+must('10000 bytes', charlie.bytes < 10000, charlie);
 END
     # The least error is no more than the default's, whose bytes are all there are.
     iblbake env.hdr --rendered-error 0.0001 --dry-run >least
     awk '/ the least is / { sub(/.* the least is /, ""); least = $1 }
-        /^rendered/ { exit !(least > 0 && least <= $5) }' least || cat least
+        /^rendered/ && !(least > 0 && least <= $5) {
+            print "found " least ", wanted at most " $5 }' least
     # Two scenes are one of both; a target takes no second set.
     iblbake env.exr --scene matte.gltf --scene mirror.gltf --dry-run >both 2>err
-    grep -q '2 files: 2 materials' both && grep -q 'metals *50 %' both &&
-        grep -q 'lobe table *[0-9]*  adds' both || cat both
+    has '2 files: 2 materials' both
+    has 'metals *50 %' both
+    has 'lobe table *[0-9]*  adds' both
     iblbake env.exr --scene sheen.gltf --target bevy -o bevy >table
-    grep -q 'sheen *none' table || cat table
+    has 'sheen *none' table
 }
 
 # The bytes chosen for an error are at most 1.3 times those of a set that has it,
@@ -961,9 +947,9 @@ END
 test_fewest() {
     make_scene matte '[{"pbrMetallicRoughness": {"metallicFactor": 0}}]'
     set -- iblbake "$OLDPWD/data/forest.exr" --rendered-error .2 --dry-run
-    "$@" >chosen 2>err || cat err
+    "$@" >chosen 2>err || is 0 $? "$(cat err): status"
     "$@" --size 80 --levels 4 --pixel rgb9e5 --lut-size 8 --lobe-table-size 8 \
-        >there 2>err || cat err
+        >there 2>err || is 0 $? "$(cat err): status"
     cat there chosen | awk '/^bytes/ { bytes[n++] = $4 }
         /cannot be reached/ || /^bytes/ && $4 == 0
         END { if (!(n == 2 && bytes[1] <= 1.3 * bytes[0])) print n, bytes[0],

@@ -13,18 +13,10 @@ MAPS=${MAPS:-quarry blaze}
 . tests/lib.sh
 
 need node npm chromium
-# Fetched once: a network that is not there is no fault of our files.
-engines='three@0.187.0 babylonjs@9.34.0 babylonjs-loaders@9.28.0
-    filament@1.53.4 playcanvas@2.23.3'
-readers='ktx-parse@1.1.0'
 npm=$build/npm-clients
-if [ "$(cat "$npm/fetched" 2>/dev/null)" != "$engines $readers" ]; then
-    # shellcheck disable=SC2086
-    npm install --no-save --no-package-lock --no-audit --no-fund \
-        --ignore-scripts --loglevel=error --prefix "$npm" $engines $readers ||
-        skip_all 'npm cannot fetch the engines'
-    echo "$engines $readers" >"$npm/fetched"
-fi
+fetch_npm "$npm" 'three@0.187.0 babylonjs@9.34.0 babylonjs-loaders@9.28.0
+    filament@1.53.4 playcanvas@2.23.3 ktx-parse@1.1.0' ||
+    skip_all 'npm cannot fetch the engines'
 
 targets=$("$build/iblbake" --target list |
     sed -n '/^unreal/,$d; s/^\([a-z-]*\): .*/\1/p' | paste -sd,)
@@ -68,14 +60,5 @@ done
 MAPS=$MAPS \
     node tests/clients/drive.mjs "$npm" "$work" "$(command -v chromium)" \
     ${PICTURE:+"$PICTURE"} >"$work/report" 2>&1
-grep -v '^[0-9]* passed, [0-9]* failed$' "$work/report"
-last=$(tail -n 1 "$work/report")
-case $last in
-*' passed, '*' failed')
-    passed=$((passed + ${last%% passed*}))
-    last=${last#* passed, }
-    failed=$((failed + ${last%% failed}))
-    ;;
-*) verdict 'the engines' 'no verdict' ;;
-esac
+report 'the engines' "$work/report"
 end

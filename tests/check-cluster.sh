@@ -18,7 +18,7 @@ example() { # NAME
         literal
         on && /^\.Bd -literal/ { literal = 1 }' \
         "$top/man/iblbake-cluster.7" | sed "s/\\\\(aq/'/g; s/\\\\e/\\\\/g" >"$1"
-    [ -s "$1" ] || echo "the manual has no $1"
+    [ -s "$1" ] || echo "wanted $1 in the manual, found no text"
 }
 # A directory with 8 sets of 8 probes, 40 maps and the manual's files.
 begin() { # DIRECTORY FILE...
@@ -62,16 +62,16 @@ iblbake probes -q sets/*.json -o whole || exit 1
 
 test_parallel() {
     begin parallel shards.sh
-    sh -e shards.sh || echo 'failed '
+    works sh -e shards.sh
     diff -r out ../whole
     diff -r lit ../lit
 }
 test_make() {
     begin make Makefile
-    make -s -j4 || echo 'failed '
+    works make -s -j4
     diff -r out ../whole
     diff -r -x '*.d' lit ../lit
-    make -q || echo 'makes it again'
+    make -q || is 0 $? 'status of make -q, where nothing changed'
     rm lit/map7*
     make -s && diff -r -x '*.d' lit ../lit
 }
@@ -79,8 +79,8 @@ test_make() {
 test_measure() {
     begin measure measure.sh
     cp env/map7.exr 8k.hdr
-    sh -e measure.sh >printed 2>&1 || cat printed
-    [ "$(grep -c '^[0-9.]*+[0-9.]* s [0-9]* KiB$' printed)" = 2 ] || cat printed
+    sh -e measure.sh >printed 2>&1 || is 0 $? "$(cat printed): status"
+    count 2 '^[0-9.]*+[0-9.]* s [0-9]* KiB$' printed
     diff -r out ../whole/set1
 }
 
@@ -193,9 +193,9 @@ test_slurm_task_that_dies() {
     begin dies maps.sh probes.sh
     export PATH=$work/deadly:$PATH
     KILL_AT=8 sbatch maps.sh >submitted
-    KILL_AT=2 sbatch probes.sh >>submitted || cat submitted
+    KILL_AT=2 sbatch probes.sh >>submitted || is 0 $? "sbatch: status"
     finish | grep -v -e Killed -e 'DUE TO JOB REQUEUE'
-    sort tries | diff - <(printf '\n\n1\n1\n') || echo 'not killed and queued again'
+    sort tries | diff - <(printf '\n\n1\n1\n')
     diff -r out ../whole
     # Nothing is left to do, but to remove what the task has left.
     find lit -type f ! -name '.*.tmp' -printf '%p %i %T@\n' >was

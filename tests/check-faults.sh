@@ -171,7 +171,7 @@ each_writer() { # FUNCTION
     for command in "${writers[@]}"; do
         rm -rf ../after
         cp -a . ../after
-        (cd ../after && $command >&2) || echo "$command: status $?"
+        (cd ../after && $command >&2) || is 0 $? "$command: status"
         (cd .. && "$1" "$command")
     done
 }
@@ -180,9 +180,9 @@ each_writer() { # FUNCTION
 judged() {
     local want=before
     [ "$1" != 0 ] || want=after
-    [ "$1" = 0 ] || { [ "$1" = 1 ] && [ "$(wc -l <"$work/err")" = 1 ] &&
-        grep -q "$2" "$work/err"; } || echo "$3: status $1: $(cat "$work/err")"
-    files . | diff <(files ../$want) - || echo "$3: status $1, other files"
+    [ "$1" = 0 ] || { is 1 "$1" "$3: status"; lines 1 "$work/err"
+        has "$2" "$work/err"; }
+    files . | diff <(files ../$want) - || echo "of $3, status $1"
 }
 
 # Some pages are free, until the command has room; then the disk is read-only.
@@ -199,7 +199,7 @@ small_disk() { # COMMAND
         status=$?
         judged $status 'No space left on device: make room' "$1"
     done
-    [ $pages -gt 1 ] || echo "$1: has room on a full disk"
+    [ $pages -gt 1 ] || echo "$1: wanted no room on a full disk, found some"
     rm -rf -- *
     cp -a ../before/. .
     mount -o remount,ro .
@@ -237,7 +237,7 @@ test_names() {
     cd "$odd"
     cp ../a.exr .
     bake_set "$odd"
-    [ -s "$odd/index.json" ] && [ -s "../$odd.json" ] || ls -R
+    there "$odd/index.json" "../$odd.json"
 }
 
 exec 3>&1

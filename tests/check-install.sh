@@ -20,7 +20,7 @@ if git diff --quiet HEAD 2>/dev/null; then
     tarball=$(echo "$work/a folder"/iblbake-*)
     (cd "$tarball" && find . -type f ! -name REVISION | sed 's|^\./||' | sort) |
         cmp - <(git ls-files | LC_ALL=C sort)
-    verdict dist-files "$([ $? = 0 ] || echo 'not the files of git')"
+    verdict dist-files "$(is 0 $? 'status of cmp with the files of git')"
     same='iblbake iblview libiblbake.a libiblbake.so libiblbridge.so libiblexr.so
         libiblscene.so'
 else
@@ -165,7 +165,7 @@ if have cmake >"$work/why"; then
     sed -i 's/iblbake 0\.2/iblbake 9/' "$work/cmake/CMakeLists.txt"
     ! cmake -S "$work/cmake" -B "$work/cmake/none" -DCMAKE_PREFIX_PATH="$prefix" \
         >/dev/null 2>&1
-    verdict cmake-wants-a-version "$([ $? = 0 ] || echo '9 is taken')"
+    verdict cmake-wants-a-version "$(is 0 $? 'status where version 9 is asked for')"
 else
     verdict cmake "$(cat "$work/why")"
 fi

@@ -11,21 +11,19 @@ test_lint() { BUILD=$build sh tests/lint.sh 2>&1 | grep -vx 'lint: clean'; }
 
 test_budget() {
     sh tests/budget.sh >"$work/now"
-    sh tests/budget.sh "$work/now" || echo 'as many as there may be are too many'
+    works sh tests/budget.sh "$work/now"
     # One folder may have a line less, one is not named.
     awk '$1 == "src/json" { $2-- } $1 != "tests/cli"' "$work/now" >"$work/less"
-    sh tests/budget.sh "$work/less" >"$work/said" && echo 'two folders grew unseen'
-    [ "$(wc -l <"$work/said")" = 2 ] &&
-        grep -q '^src/json: [0-9]* lines, 1 more than' "$work/said" &&
-        grep -q '^tests/cli: .* than the 0 of ' "$work/said" || cat "$work/said"
+    sh tests/budget.sh "$work/less" >"$work/said" && is 1 0 status
+    lines 2 "$work/said"
+    has '^src/json: [0-9]* lines, 1 more than' "$work/said"
+    has '^tests/cli: .* than the 0 of ' "$work/said"
 }
 
 # Of a script that takes no time where nothing is to be done.
 test_only() {
-    ONLY=no_such BUILD=$build bash tests/check-faults.sh >"$work/said" &&
-        echo 'a name that is none passes'
-    grep -qx 'FAILED: ONLY=no_such: no test has such a name' "$work/said" ||
-        cat "$work/said"
+    ONLY=no_such BUILD=$build bash tests/check-faults.sh >"$work/said" && is 1 0 status
+    has -x 'FAILED: ONLY=no_such: no test has such a name' "$work/said"
 }
 
 # All programs are there but the one that it needs first.
@@ -38,7 +36,7 @@ test_missing() {
         tool=$(sed -n 's/^need \([^ ]*\).*/\1/p' "$script" | head -n 1)
         [ -n "$tool" ] || continue
         PATH=$work/few BUILD=$build bash "$script" >"$work/said" 2>&1 ||
-            echo "$script: status $?"
+            is 0 $? "$script: status"
         printf '%s\n' "skipped: $tool is missing (make deps, tests/deps.sh)" \
             '0 passed, 0 failed, 1 skipped' | diff "$work/said" - >"$work/why" ||
             head -n 5 "$work/why"

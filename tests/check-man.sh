@@ -63,7 +63,7 @@ check_page() { # PAGE, of the command in run
     MANWIDTH=80 man -l "$page" 2>"$work/man" | sed 's/.\x08//g' >"$work/read"
     sed -n 's/^\([A-Z][A-Za-z ]*\):$/\1/p' "$work/printed" |
         while read -r heading; do
-            grep -q "^ *$heading\$" "$work/read" || echo "no '$heading'"
+            has "^ *$heading\$" "$work/read"
         done >"$work/why"
     verdict "$page: headings" "$(cat "$work/why")"
 
@@ -71,7 +71,7 @@ check_page() { # PAGE, of the command in run
     verdict "$page: -h" "$("${run[@]}" -h | cmp - "$work/printed")"
     verdict "$page: columns" "$(awk 'length > 80' "$work/printed")"
     verdict "$page: named by --help" "$(
-        grep -q "man $(basename "$page" .1)\$" "$work/printed" || echo it is not)"
+        has "man $(basename "$page" .1)\$" "$work/printed")"
     verdict "$page: man" "$(cat "$work/man")"
     verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
         grep -v outdated)"
@@ -107,7 +107,7 @@ for page in man/*.7; do
     verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
     sed -n 's/.*Fl -\([a-z-]*\).*/\1/p' "$page" | sort -u |
         while read -r name; do
-            grep -q "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1 || echo "--$name"
+            has "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1
         done >"$work/why"
     verdict "$page: options that there are not" "$(cat "$work/why")"
 done
@@ -143,14 +143,13 @@ verdict "README.md: targets" "$(cat "$work/why")"
 for page in man/*.[17]; do
     sed -n 's/.*Sy \(ibl[a-z-]*\) Ns (\([17]\)).*/man\/\1.\2/p' "$page" |
         sort -u | while read -r other; do
-        [ -e "$other" ] || echo "$other is not there"
+        there "$other"
     done >"$work/why"
     sed -n '/^\.Sh SEE ALSO/,$p' "$page" >"$work/also"
     for other in man/*.[17]; do
         name=$(basename "${other%.*}")
         [ "$other" = "$page" ] ||
-            grep -q "^\.Sy $name Ns (${other##*.})" "$work/also" ||
-            echo "$other is not under SEE ALSO"
+            has "^\.Sy $name Ns (${other##*.})" "$work/also"
     done >>"$work/why"
     verdict "$page: other pages" "$(cat "$work/why")"
 done

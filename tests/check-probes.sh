@@ -17,8 +17,8 @@ layer() { node "$top/tests/cli/layer.mjs" "$@"; }
 expect() { # kept or wrote, [options]: what a run does with a set
     local want=$1
     shift
-    iblbake probes "$@" -v 2>err >/dev/null || cat err
-    grep -q "iblbake: $want .*/index.json$" err || echo "not $want: $* "
+    iblbake probes "$@" -v 2>err >/dev/null || is 0 $? "$*: status"
+    has "iblbake: $want .*/index.json$" err
 }
 state() { find "$1" -type f -printf '%p %i %T@\n' | sort; }
 
@@ -52,11 +52,11 @@ edits() { # JSON changed by each line of standard input, up to a |: bad0.json, .
 test_layers_are_single_bakes() {
     local same=()
     local size='--size 16 --levels 3 --irradiance-size 4 --lut-size 16'
-    iblbake probes -q set.json -o out || echo 'failed '
+    works iblbake probes -q set.json -o out
     set -- lamp sun.hdr hall mild.exr global other.exr
     for layer in 0 1 2; do
         # shellcheck disable=SC2086
-        iblbake -q $size "$2" -o one --name "$1" || echo 'failed '
+        works iblbake -q $size "$2" -o one --name "$1"
         same+=(out/probes_specular.ktx2 $layer "one/$1_specular.ktx2"
             out/probes_irradiance.ktx2 $layer "one/$1_irradiance.ktx2")
         shift 2
@@ -64,12 +64,12 @@ test_layers_are_single_bakes() {
     layer out/brdf_lut.ktx2 0 one/brdf_lut.ktx2 "${same[@]}"
 }
 test_index() {
-    node -e "const i = JSON.parse(require('fs').readFileSync('out/index.json'));
-        const seen = JSON.stringify([i.probes.map(p => [p.name, p.layer]),
-            i.specular.roughness, i.specular.lod_scale, i.files.brdf_lut.file]);
-        const want = JSON.stringify([[['lamp', 0], ['hall', 1]],
-            [0, +(1 - Math.sqrt(0.5)).toPrecision(15), 1], 2, 'brdf_lut.ktx2']);
-        if (seen !== want) console.log(seen, 'is not', want);"
+    js <<'END'
+const i = json('out/index.json');
+equal('index', [i.probes.map(p => [p.name, p.layer]), i.specular.roughness,
+    i.specular.lod_scale, i.files.brdf_lut.file], [[['lamp', 0], ['hall', 1]],
+    [0, +(1 - Math.sqrt(0.5)).toPrecision(15), 1], 2, 'brdf_lut.ktx2']);
+END
 }
 
 # ---- what is baked again -------------------------------------------------
@@ -77,7 +77,7 @@ test_unchanged_is_left_alone() {
     local before
     before=$(state out)
     expect kept set.json -o out
-    [ "$before" = "$(state out)" ] || echo 'files were written'
+    is "$before" "$(state out)"
 }
 # A later run leaves what a run from the start does.
 like_new() { # SET, [options]
@@ -181,24 +181,23 @@ lut_size = 8
 alpha = "straight"
 END
     iblbake probes -q set.json -o blocks --pixel bc6h --quality fast
-    [ "$(grep -c '"nrmse"' blocks/index.json)" = 9 ] || echo 'errors not told'
+    count 9 '"nrmse"' blocks/index.json
     iblbake probes -q set.json -o packed --zstd 3
-    [ "$(grep -c '"zstd": 3' packed/index.json)" = 3 ] || echo 'not in the index'
+    count 3 '"zstd": 3' packed/index.json
 }
 # The sun is beyond half floats: clipping loses what spreading moves.
 test_overflow() {
     iblbake probes -q set.json -o clipped --size 64 --overflow clip
     iblbake probes set.json -o spread --size 64 2>err
-    grep -q 'probes.1..capture: [0-9]* texel.* brighter .* light went to' err ||
-        cat err
+    has 'probes.1..capture: [0-9]* texel.* brighter .* light went to' err
     js <<'END'
 const read = d => json(d + '/index.json').probes;
 const [[lost, none], [moved]] =
     ['clipped', 'spread'].map(d => read(d).map(p => p.beyond));
-if (!(read('spread')[0].saturated >= moved.texels)) console.log('saturated');
-if (none || !moved || !(moved.texels > 0) || !(moved.moved > 0) ||
-    moved.lost || lost.moved || lost.lost !== moved.moved)
-    console.log(JSON.stringify([none, moved, lost]));
+must('texels that moved', read('spread')[0].saturated >= moved.texels, moved);
+must('what spreading moves lost by clipping', !none && moved?.texels > 0 &&
+    moved.moved > 0 && !moved.lost && !lost.moved && lost.lost === moved.moved,
+    [none, moved, lost]);
 END
 }
 
@@ -217,14 +216,14 @@ test_damage_is_mended() {
                 dd of="inc/$f" bs=1 seek=200 conv=notrunc status=none ;;
             esac
             expect wrote set.json -o inc
-            diff -r out inc >/dev/null || echo "$f $how: not mended"
+            diff -r out inc || echo "of $f $how"
         done
     done
     for change in 's.hash = "0"' 'delete s.hash'; do
         rm -rf inc && cp -a out inc
         edit out/index.json "$change" inc/index.json
         expect wrote set.json -o inc
-        diff -r out inc >/dev/null || echo "$change: not mended"
+        diff -r out inc || echo "of $change"
     done
 }
 # A run that is killed between two renames leaves what the next one bakes anew.
@@ -236,7 +235,7 @@ test_killed_run() {
     (LD_PRELOAD=$work/preload.so FAULT='rename -9 1' iblbake probes -q \
         finer.json -o inc) 2>/dev/null
     cmp -s inc/probes_specular.ktx2 out/probes_specular.ktx2 &&
-        echo 'nothing was renamed'
+        echo 'wanted a new probes_specular.ktx2, found the old one'
     cmp inc/index.json out/index.json
     expect wrote set.json -o inc
     diff -r -x '.*' out inc
@@ -302,8 +301,8 @@ for (const [name, n] of [['cube', 16], ['half', 8]]) {
     }
 }
 END
-    iblbake probes -q cube.json -o odd --size 12 || echo 'odd: failed'
-    iblbake probes -q cube.json -o twice --size 32 || echo 'twice: failed'
+    works iblbake probes -q cube.json -o odd --size 12
+    works iblbake probes -q cube.json -o twice --size 32
 }
 
 # ---- alpha -------------------------------------------------------------------
@@ -319,29 +318,28 @@ edit set.json 's.probes[1].capture.equirect = "hole.exr"' hole.json
 
 test_alpha_is_filtered_as_colours() {
     local size='--size 16 --levels 3 --irradiance-size 4 --lut-size 16'
-    iblbake probes -v hole.json -o alpha 2>err || echo 'failed '
-    grep -q 'layer 0: lamp: baked, with alpha$' err || echo 'not told'
+    works iblbake probes -v hole.json -o alpha 2>err
+    has 'layer 0: lamp: baked, with alpha$' err
     for part in colours alpha; do
         # shellcheck disable=SC2086
-        iblbake -q $size hole_$part.exr -o one --name $part || echo 'failed '
+        works iblbake -q $size hole_$part.exr -o one --name $part
     done
     for kind in specular irradiance; do
         layer --alpha one/alpha_$kind.ktx2 alpha/probes_$kind.ktx2 0 \
             one/colours_$kind.ktx2
         layer alpha/probes_$kind.ktx2 1 one/hall_$kind.ktx2 \
             alpha/probes_$kind.ktx2 2 one/global_$kind.ktx2
-        node -e "const b = require('fs').readFileSync(
-            'alpha/probes_$kind.ktx2');
-            if (b[b.readUInt32LE(48) + 15] !== 1 ||
-                !b.includes('iblbake.alpha\\0premultiplied\\0'))
-                console.log('$kind: not said to be premultiplied');"
+        js $kind <<'END'
+const b = fs.readFileSync(`alpha/probes_${process.argv[2]}.ktx2`);
+equal('premultiplied', [b[b.readUInt32LE(48) + 15],
+    b.includes('iblbake.alpha\0premultiplied\0')], [1, true]);
+END
     done
-    node -e "const read = f => JSON.parse(require('fs').readFileSync(f));
-        const {probes, global} = read('alpha/index.json');
-        if (probes[0].alpha !== true || probes[1].alpha !== false ||
-            'alpha' in global) console.log('the index says something else');
-        if (read('out/index.json').probes.some(p => p.alpha !== false))
-            console.log('the other index does not say that there is none');"
+    js <<'END'
+const {probes, global} = json('alpha/index.json');
+equal('alpha', [...probes, global].map(p => p.alpha), [true, false, undefined]);
+equal('none', json('out/index.json').probes.map(p => p.alpha), [false, false]);
+END
     for threads in 1 3; do
         iblbake probes -q -j $threads hole.json -o j$threads
         diff -r alpha j$threads
@@ -353,13 +351,13 @@ test_alpha_of_faces() {
     mkenv exr 16 16 ABGR 0.5 0.5 >half.exr
     edit set.json "delete s.global; s.probes = [{...s.probes[0], capture:
         {faces: [...Array(5).fill('seen.exr'), 'half.exr']}}]" faces.json
-    iblbake probes -q faces.json -o faces || echo 'failed '
-    node -e "const b = require('fs').readFileSync('faces/probes_specular.ktx2');
-        const from = Number(b.readBigUInt64LE(80));
-        for (let i = 0, wrong = 0; i < 6 * 256; i++)
-            if (b.readUInt16LE(from + 8 * i + 6) !==
-                (i < 5 * 256 ? 0x3C00 : 0x3800) && !wrong++)
-                console.log('texel', i);"
+    works iblbake probes -q faces.json -o faces
+    js <<'END'
+const b = fs.readFileSync('faces/probes_specular.ktx2');
+const from = Number(b.readBigUInt64LE(80)), alpha = i => b.readUInt16LE(from + 8 * i + 6);
+equal('alpha', Array.from({length: 6 * 256}, (_, i) => alpha(i)),
+    Array.from({length: 6 * 256}, (_, i) => i < 5 * 256 ? 0x3C00 : 0x3800));
+END
 }
 test_alpha_harmonics() {
     rm -rf inc
@@ -367,33 +365,30 @@ test_alpha_harmonics() {
     for part in colours alpha; do
         iblbake -q hole_$part.exr -o one --only json --name $part
     done
-    node -e "const read = f => JSON.parse(require('fs').readFileSync(f));
-        const {probes} = read('inc/index.json');
-        const far = (a, b) => a.length !== b.length || a.some((x, i) =>
-            !(Math.abs(x - b[i]) < 1e-6));
-        const part = n => read('one/' + n + '.json').sh.irradiance;
-        if (far(probes[0].sh.flat(), part('colours').flat()) ||
-            far(probes[0].alpha_sh, part('alpha').map(c => c[0])))
-            console.log('not the sidecars\\'');
-        if ('alpha_sh' in probes[1]) console.log('alpha where there is none')"
+    js <<'END'
+const {probes} = json('inc/index.json');
+const part = n => json(`one/${n}.json`).sh.irradiance;
+part('colours').flat().forEach((c, i) => near('sh', probes[0].sh.flat()[i], c, 1e-6));
+part('alpha').forEach((c, i) => near('alpha', probes[0].alpha_sh[i], c[0], 1e-6));
+equal('no alpha', probes[1].alpha_sh, undefined);
+END
 }
 test_alpha_of_no_account() {
     # Of renderers' rounding, and of the global environment.
     edit hole.json 's.probes[1].capture.equirect = "rounded.exr"' round.json
-    iblbake probes -q round.json -o inc --pixel rgb9e5 || echo 'rounding'
+    works iblbake probes -q round.json -o inc --pixel rgb9e5
     edit set.json 's.global.capture.equirect = "blind.exr"' sky.json
-    iblbake probes sky.json -o inc --pixel rgb9e5 2>err || echo 'sky failed'
+    works iblbake probes sky.json -o inc --pixel rgb9e5 2>err
     grep -v 'is black everywhere$' err
-    iblbake probes -q hole.json -o inc --pixel rgb9e5 --alpha ignore ||
-        echo 'ignored, but failed'
+    works iblbake probes -q hole.json -o inc --pixel rgb9e5 --alpha ignore
 }
 test_alpha_warnings() {
     edit hole.json "s.probes[1].capture.equirect = 'large.exr';
         s.probes[0].capture.equirect = 'nan.exr'" odd.json
-    iblbake probes odd.json -o inc 2>err || echo 'failed'
-    grep -q '^iblbake: warning: nan.exr: .* finite in 140 pixels, .* 1 in 0, ' err &&
-        grep -q '^iblbake: warning: large.exr: .* in 0 pixels, .* 1 in 140, ' err &&
-        [ "$(wc -l <err)" = 2 ] || cat err
+    works iblbake probes odd.json -o inc 2>err
+    has '^iblbake: warning: nan.exr: .* finite in 140 pixels, .* 1 in 0, ' err
+    has '^iblbake: warning: large.exr: .* in 0 pixels, .* 1 in 140, ' err
+    lines 2 err
     # Colours that were not multiplied: those of veil, alpha of hole.
     node -e "const fs = require('fs'), row = 64 * 4;
         const b = fs.readFileSync('hole.exr'), c = fs.readFileSync('veil.exr');
@@ -403,13 +398,13 @@ test_alpha_warnings() {
         }
         fs.writeFileSync('shown.exr', b);"
     edit hole.json 's.probes[1].capture.equirect = "shown.exr"' odd.json
-    iblbake probes odd.json -o inc 2>err || echo 'shown.exr: failed'
+    works iblbake probes odd.json -o inc 2>err
     case $(cat err) in
     'iblbake: warning: shown.exr: 140 pixels had a colour but alpha 0, '*) ;;
     *) cat err ;;
     esac
-    iblbake probes odd.json -o inc --alpha straight 2>err || echo 'failed'
-    [ ! -s err ] || cat err
+    works iblbake probes odd.json -o inc --alpha straight 2>err
+    lines 0 err
 }
 
 # Each layer is judged by its own capture, with alpha and of cubes, too: a layer
@@ -420,19 +415,18 @@ test_verify() {
         6}, (_, i) => 'face' + i + '.hdr')}}]" cubes.json
     iblbake probes -q hole.json -o alpha && iblbake probes -q cubes.json -o cubes
     for set in hole.json/alpha cubes.json/cubes; do
-        iblbake verify -q --texels 24 --max-error 0.02 ${set%/*} ${set#*/} ||
-            echo "$set: failed"
+        works iblbake verify -q --texels 24 --max-error 0.02 ${set%/*} ${set#*/}
     done
     iblbake verify --texels 24 set.json alpha --max-error 0.02 >said 2>err
-    [ $? -eq 1 ] || echo 'what was seen through a hole is right'
-    grep -qx 'lamp, layer 0: sun.hdr' said && grep -qx 'hall, layer 1: mild.exr' \
-        said && grep -q '^(global), layer 2: other.exr' said ||
-        cat said
-    [ "$(grep -c '^brdf_lut ' said)" = 1 ] || echo 'not one table'
-    [ "$(wc -l <err)" = 1 ] && grep -q '^iblbake: lamp: level 0 of specular has ' err ||
-        cat err
-    iblbake verify -q --texels 24 --max-error 0.02 other.exr --array-layer 2 \
-        --specular alpha/probes_specular.ktx2 || echo 'layer 2: failed'
+    is 1 $? 'status of what was seen through a hole'
+    has -x 'lamp, layer 0: sun.hdr' said
+    has -x 'hall, layer 1: mild.exr' said
+    has '^(global), layer 2: other.exr' said
+    count 1 '^brdf_lut ' said
+    lines 1 err
+    has '^iblbake: lamp: level 0 of specular has ' err
+    works iblbake verify -q --texels 24 --max-error 0.02 other.exr --array-layer 2 \
+        --specular alpha/probes_specular.ktx2
     edit set.json 's.probes[0].name = "room"' moved.json
     while IFS='|' read -r command status glob; do
         # shellcheck disable=SC2086
@@ -457,7 +451,7 @@ test_shards() {
     for k in 3 1 2; do
         expect wrote hole.json fewer.json sub/moved.json --size 8 -o parts \
             --shard $k/3
-        [ "$(find parts -name index.json | wc -l)" = $((1 + k % 3)) ] || ls parts
+        is $((1 + k % 3)) "$(find parts -name index.json | wc -l)" "sets of $(ls -m parts)"
     done
     diff -r all parts
     iblbake probes -q hole.json -o hole --size 8 && diff -r hole all/hole
@@ -532,26 +526,24 @@ cat >room.json <<'END'
  "capture": {"equirect": "grid/{name}.exr"}, "defaults": {"size": 8}}
 END
 test_grid() {
-    iblbake probes --grid room.json -o grid.json || echo 'failed '
+    works iblbake probes --grid room.json -o grid.json
     iblbake probes --grid room.json | cmp - grid.json
     cp room.json kept.json
     refused 1 'iblbake: room.json: is both input and output: choose another *' \
         iblbake probes --grid room.json -o room.json
     cmp room.json kept.json
-    node -e "const s = JSON.parse(require('fs').readFileSync('grid.json'));
-        const want = ['0_0_0', '2_0_0', '0_0_1', '1_0_1', '2_0_1'];
-        if (s.probes.map(p => p.name.slice(6)).join() !== want.join() ||
-            s.probes[3].position.join() !== '0,1.5,2' ||
-            s.probes[3].influence.box.centre.join() !== '0,1.5,0' ||
-            s.probes[3].influence.box.half.join() !== '2.75,3,5.5' ||
-            s.probes[3].blend !== 1.5 ||
-            s.probes[3].capture.equirect !== 'grid/probe_1_0_1.exr')
-            console.log(JSON.stringify(s))"
+    js <<'END'
+const {probes} = json('grid.json'), {position, influence: {box}, blend, capture} = probes[3];
+equal('names', probes.map(p => p.name.slice(6)),
+    ['0_0_0', '2_0_0', '0_0_1', '1_0_1', '2_0_1']);
+equal('probe', [position, box.centre, box.half, blend, capture.equirect],
+    [[0, 1.5, 2], [0, 1.5, 0], [2.75, 3, 5.5], 1.5, 'grid/probe_1_0_1.exr']);
+END
     mkdir grid
     for name in 0_0_0 2_0_0 0_0_1 1_0_1 2_0_1; do
         cp mild.exr grid/probe_$name.exr
     done
-    iblbake probes -q grid.json -o gridded || echo 'failed '
+    works iblbake probes -q grid.json -o gridded
     local change glob n=0
     cat >mistakes <<'END'
 s.spacing = 0.001|spacing: expected at most 1000 cells along an axis, *
@@ -605,8 +597,8 @@ test_manual_lights_its_walls() {
         >hall_manual.json
     sed -n '/^\$ cat room/,/^\.Ed/{/^[{} ]/p}' "$top/man/iblbake-probes.1" \
         >room_manual.json
-    iblbake probes --grid room_manual.json -o room_set.json || echo 'failed '
-    iblbake probes --grid room.json -o grid.json || echo 'failed '
+    works iblbake probes --grid room_manual.json -o room_set.json
+    works iblbake probes --grid room.json -o grid.json
     js <<'END'
 import('./outside.mjs').then(({outside, box}) => {
     const hall = json('hall_manual.json').probes;
@@ -665,7 +657,7 @@ import('./outside.mjs').then(({outside}) => cases.forEach(line => {
     const said = run.stderr.trim();
     if (run.status || (want ? !RegExp('^iblbake: warning: walls.json: probe ' +
         '.*' + want).test(said) : said))
-        console.log(`${change}: ${run.status}: ${said}`);
+        console.log(`${change}: found ${run.status}: ${said}, wanted ${want}`);
     if (!want) {
         for (const p of [a, b].filter(p => p.proxy?.box?.half[0] < 600))
             near(change, outside(s.probes, p.proxy), 0, .01);
@@ -673,10 +665,10 @@ import('./outside.mjs').then(({outside}) => cases.forEach(line => {
     }
     run = probes(s, '-o', 'bad', '--strict');
     if (run.status !== 1 || run.stderr.trim() !== said.replace('warning: ', ''))
-        console.log(`${change}: strictly ${run.status}: ${run.stderr}`);
+        console.log(`${change}: found ${run.status}: ${run.stderr}, wanted 1: ${said}`);
 }));
 END
-    [ ! -e bad ] || echo 'left something'
+    absent bad
 }
 
 

@@ -27,11 +27,21 @@ for document in "$top"/*.md "$top"/tests/*.md; do
         while read -r link; do
             case $link in
             '' | http*) ;;
-            *) [ -e "${document%/*}/$link" ] || echo "$document: $link" ;;
+            *) [ -e "${document%/*}/$link" ] || echo "wanted $link of $document, found no such file" ;;
             esac
         done
 done >missing
 ok links test ! -s missing
+# What the table of hard cases names is there.
+sed -n '/^## Hard cases/,/^## Bounds/p' "$top/tests/README.md" |
+    grep -o '`check_[^`]*: [^`]*`\|"[^"]*"' | tr -d '`' | sort -u |
+    while IFS= read -r row; do
+        case $row in
+        \"*) grep -qF "{$row, " "$top/tests/check_levels.c" ;;
+        *) grep -qw -- "${row#*: }" "$top/tests/${row%%:*}.c" ;;
+        esac || echo "wanted $row, found no such row"
+    done >missing
+verdict hard-cases "$(cat missing)"
 
 block sh >example.sh
 ok shell sh -e example.sh

@@ -16,18 +16,16 @@ words() { # TARGET: its options, as the list has them
         tr '\n' ' '
 }
 bake() { # [options]
-    iblbake -q $small "$@" env.hdr || echo "$*: status $?"
+    iblbake -q $small "$@" env.hdr || is 0 $? "$*: status"
 }
 
 test_list() {
-    iblbake --target list >list 2>err || echo "status $?"
-    [ ! -s err ] || cat err
+    iblbake --target list >list 2>err || is 0 $? status
+    lines 0 err
     awk 'length > 80 { print "line " NR " has " length }' list
-    [ "$(echo $targets)" = 'three babylon babylon-env filament bevy playcanvas gltf cesium' ] ||
-        echo "$targets"
-    [ "$(sed -n 's/^\([a-z-]*\): .*/\1/p' list | tail -n 3 | xargs)" = "$filters" ] ||
-        cat list
-    iblbake --target list >/dev/full 2>err && echo 'a full stdout is not noticed'
+    is 'three babylon babylon-env filament bevy playcanvas gltf cesium' "$(echo $targets)"
+    is "$filters" "$(sed -n 's/^\([a-z-]*\): .*/\1/p' list | tail -n 3 | xargs)"
+    iblbake --target list >/dev/full 2>err && is 1 0 'status of a full stdout'
 }
 
 # A target is its options, but for its name in the sidecar and Filament's glType.
@@ -41,8 +39,7 @@ test_same_as_its_options() {
         bake --target "$t" "$@" -o "out/$t"
         # shellcheck disable=SC2046
         bake $(words "$t") $small "$@" -o "hand/$t"
-        grep -q "^  \"target\": \"$t\"" "out/$t/env.json" ||
-            echo "$t: not in the sidecar"
+        has "^  \"target\": \"$t\"" "out/$t/env.json"
     done 2>&1
     rm -f out/filament/*.ktx hand/filament/*.ktx
     js $targets $filters <<'END'
@@ -68,15 +65,15 @@ test_several_are_single_ones() {
     local t f
     # Some of these have harmonics, of others the axes differ.
     bake --target all --sun -o all
-    [ "$(ls all | tr '\n' ' ')" = \
-        "$(printf '%s\n' $targets $filters | sort | tr '\n' ' ')" ] || ls all
+    is "$(printf '%s\n' $targets $filters | sort | xargs)" "$(ls all | xargs)"
     for t in filament cesium godot; do
         bake --target "$t" --sun -o "one/$t"
         diff <(ls "one/$t") <(ls "all/$t")
     done
     cmp {one,all}/godot/env_specular.exr
     for f in filament/env_specular.ktx cesium/env_specular.ktx2; do
-        [ "$(cmp -l "one/$f" "all/$f" | wc -l)" -lt 40 ] || echo "$f differs"
+        [ "$(cmp -l "one/$f" "all/$f" | wc -l)" -lt 40 ] ||
+            echo "$f: wanted few other bytes, found $(cmp -l "one/$f" "all/$f" | wc -l)"
     done
     bake --target filament,three --levels 2 --sun -o two
     bake --target filament --levels 2 --sun -o one/filament
@@ -89,15 +86,15 @@ test_several_are_single_ones() {
 test_verified() {
     local t
     mkenv exr 64 32 BGR >mild.exr
-    iblbake -q $small --target all mild.exr -o out --depfile d || echo "status $?"
+    iblbake -q $small --target all mild.exr -o out --depfile d || is 0 $? status
     for t in $targets; do
         iblbake verify mild.exr "out/$t" --texels 24 --max-error 0.1 >log 2>&1 ||
-            echo "$t: $(tail -n 1 log)"
-        grep -q '^specular ' log || echo "$t: nothing was judged"
+            is 0 $? "$t: $(tail -n 1 log): status"
+        has '^specular ' log
     done
     find out -type f | sort >made
     tr -d '\\:' <d | tr ' ' '\n' | grep '^out/' | sort | diff made -
-    tr -d '\\\n' <d | grep -q ': mild.exr$' || cat d
+    is ' mild.exr' "$(tr -d '\\\n' <d | sed 's/.*://')"
 }
 
 # The command line wins, on either side of --target.
@@ -105,12 +102,12 @@ test_overrides() {
     bake --target three --quality best -o after
     bake --quality best --target three -o before
     cmp after/env_specular.ktx2 before/env_specular.ktx2
-    grep -q '"quality": "best"' after/env.json || echo 'not best'
+    has '"quality": "best"' after/env.json
     iblbake -q --target bevy --only irradiance,json env.hdr -o only
-    [ "$(ls only | tr '\n' ' ')" = 'env.json env_irradiance.ktx2 ' ] || ls only
+    is 'env.json env_irradiance.ktx2' "$(ls only | xargs)"
     # What a target sets and has no place any more falls away.
     bake --target bevy,cesium --pixel rgba16f --zstd 0 -o both
-    [ -s both/cesium/env_specular.ktx2 ] || ls -R both
+    there both/cesium/env_specular.ktx2
     # The level that lights matte surfaces is not of fewer texels.
     bake --target filament,bevy,gltf,cesium --size 4 -o tiny
     bake --target three,filament --size 64 -o small
@@ -121,9 +118,9 @@ for (const [set, levels] of [['tiny/gltf', 2], ['tiny/filament', 2],
         o.content === 'specular').levels.length, levels, 0);
 END
     bake --target filament --skybox 8 -o skybox
-    [ -s skybox/env_skybox.ktx ] || ls skybox
+    there skybox/env_skybox.ktx
     iblbake $small --target gltf --skybox 8 env.hdr -o none 2>err
-    grep -q 'skybox: not in [a-z]*.gltf, whose level 0' err || cat err
+    has 'skybox: not in [a-z]*.gltf, whose level 0' err
 }
 
 test_refused() {
@@ -150,15 +147,16 @@ test_explain_names_files() {
     local t f
     for t in $targets $filters; do
         bake --target "$t" --explain -o "out/$t" >lines
-        grep -q 'env[_.]' lines || [ "$t" = gltf ] || echo "$t: no file"
+        [ "$t" = gltf ] || has 'env[_.]' lines
         grep -o "env[_.][_a-z.0-9]*" lines | sort -u | while read -r f; do
-            [ -s "out/$t/$f" ] || echo "$t: no $f"
+            there "out/$t/$f"
         done
         grep '[{][a-z]*}' lines
-        iblbake --target "$t" --explain | diff lines - || echo "$t: differs"
+        iblbake --target "$t" --explain | diff lines - || echo "of $t"
     done
     iblbake --target three,bevy --explain >lines
-    grep -q '^three: ' lines && grep -q '^bevy: ' lines || cat lines
+    has '^three: ' lines
+    has '^bevy: ' lines
 }
 
 # What replaces an engine's lookup has ibl_lobe_fit as <ibl/ibl.glsl> has it, and
@@ -167,9 +165,10 @@ test_reflections() {
     local t
     sed -n '/^ibl_lobe ibl_lobe_fit(/,/^}/{ s| *//.*||; p }' \
         "$top/include/ibl/ibl.glsl" >fit
+    there fit
     for t in three babylon babylon-env gltf playcanvas; do
         iblbake --target $t --explain >lines
-        grep -q . fit && ! grep -vxFf lines fit || echo "$t: another fit"
+        lines "$(grep -cxFf lines fit)" fit
         js <<'END'
 const [block] = fs.readFileSync('lines', 'utf8')
     .match(/^.. Reflections: [^]*^.. Reflections end/m);
@@ -182,8 +181,8 @@ const shaders = () => JSON.stringify([THREE, BABYLON, [...chunks]]);
 const before = shaders();
 new Function('THREE', 'BABYLON', 'pc', 'app', 'console', block)(
     THREE, BABYLON, pc, {}, {warn: line => said.push(line)});
-if (said.length !== 1 || shaders() !== before)
-    console.log(said, shaders());
+equal('shaders', shaders(), before);
+equal('warnings', said.length, 1);
 END
     done
 }
@@ -196,15 +195,14 @@ test_programs() {
             sed 's/{n}/1/g; s/{[-a-z]*}/0/g' >$t.mjs
         case $t in
         unreal) python3 -c 'compile(open("unreal.mjs").read(), "unreal", "exec")' ;;
-        bevy | unity | godot) [ "$(tr -cd '{(' <$t.mjs | wc -c)" = \
-            "$(tr -cd '})' <$t.mjs | wc -c)" ] || cat $t.mjs ;;
+        bevy | unity | godot) is "$(tr -cd '{(' <$t.mjs | wc -c)" \
+            "$(tr -cd '})' <$t.mjs | wc -c)" "$t: closing brackets" ;;
         *) node --check $t.mjs 2>&1 | head -n 4 ;;
         esac
-        grep -qE "^(import|us(e|ing)|extends|// after)" $t.mjs || echo "$t: no import"
+        has -E "^(import|us(e|ing)|extends|// after)" $t.mjs
         grep -n '</' $t.mjs
         case $t in
-        [!pcgu]*) [ $t = babylon-env ] || grep -q 'env_skybox' $t.mjs ||
-            echo "$t: no background" ;;
+        [!pcgu]*) [ $t = babylon-env ] || has 'env_skybox' $t.mjs ;;
         esac
         awk 'length > 80' $t.mjs
     done
@@ -231,8 +229,7 @@ test_matte_texels() {
 test_rings() {
     node "$top/tests/clients/maps.mjs" dusk >dusk.hdr
     iblbake $small --target cesium,gltf dusk.hdr -o out 2>err
-    [ "$(grep -c 'nine harmonics.*--sun, or .* --sh-window auto$' err)" = 2 ] ||
-        cat err
+    count 2 'nine harmonics.*--sun, or .* --sh-window auto$' err
     # The least E/pi of the window is 0, of none below; sinc(1 / 4)^4 = .6570,
     # sinc(1 / 2)^4 = .1643.
     map_of 40 '\x10\x20\x40\x80' 1 '\x80\x60\x40\x8a' 87 '\x10\x20\x40\x80' \
@@ -257,8 +254,8 @@ const darkest = sh => {
     }
     return dark / sh.irradiance[0][0];
 };
-if (!(darkest(plain) < -.001 && Math.abs(darkest(auto)) < .001))
-    console.log(darkest(plain), darkest(auto));
+must('negative light without --sh-window, none with it', darkest(plain) < -.001 &&
+    Math.abs(darkest(auto)) < .001, [darkest(plain), darkest(auto)]);
 [1, .65702, .16426].forEach((want, l) => near(`l = ${l}`,
     four.radiance[l * l][0] / plain.radiance[l * l][0], want, 1e-4));
 END

@@ -25,16 +25,16 @@ damage() { node "$work/bin/damage.mjs" "$@"; }
 judge() {
     iblbake verify -q --texels 24 --max-error "$MAX" "$@" 2>err >printed
     status=$?
-    [ ! -s printed ] || echo "with -q, on stdout: $(head -n 1 printed)"
+    lines 0 printed
 }
 accept() {
     judge "$@"
-    [ $status -eq 0 ] || echo "verify $*: status $status: $(cat err)"
+    is 0 $status "verify $*: status ($(cat err))"
 }
 refuse() {
     judge "$@"
-    [ $status -eq 1 ] || echo "verify $*: status $status"
-    [ "$(wc -l <err)" = 1 ] || echo "verify $*: $(cat err)"
+    is 1 $status "verify $*: status"
+    lines 1 err
 }
 wrong() { # STATUS GLOB [arguments]
     refused "$1" "$2" iblbake verify "${@:3}"
@@ -75,10 +75,10 @@ test_layouts() {
     for layout in equirect octahedral; do
         taken || continue
         iblbake -q $small --layout $layout --skybox 16 --pixel rgba32f --mirror x \
-            --rotate 20 env.exr -o $layout --max-error 3e-3 || echo "not verified"
+            --rotate 20 env.exr -o $layout --max-error 3e-3 || is 0 $? "$layout: status"
         MAX=3e-3 accept env.exr $layout
         MAX=3e-3 refuse --rotate 60 env.exr $layout
-        iblbake verify -q $few env.exr $layout || echo "not rendered"
+        works iblbake verify -q $few env.exr $layout
     done
 }
 
@@ -89,7 +89,7 @@ test_layouts() {
 test_axes() {
     local only='--only specular,irradiance,skybox,json'
     set -- --size 16 --irradiance-size 8 --skybox 8 $only --mirror x --up z
-    iblbake -q env.exr -o out "$@" --max-error 2e-3 || echo 'not verified'
+    works iblbake -q env.exr -o out "$@" --max-error 2e-3
     MAX=2e-3 accept env.exr out
     cp out/env_specular.ktx2 same.ktx2
     MAX=2e-3 accept env.exr --specular same.ktx2
@@ -137,14 +137,13 @@ test_colours() {
 const s = json('out/wide.json'), o = s.options, c = s.colour;
 const told = [o.primaries, o.exposure, o.clamp, o.pixel, 'output' in o,
               s.source.primaries, c.primaries, c.exposure_ev, c.clamp];
-if (told.join() !== 'rec709,1.5,7,rgba32f,false,Rec.2020,rec709,1.5,7')
-    console.log(told.join());
-if (!(c.clamped_pixels > 0 && c.clamp_removed > 0.1)) console.log(c);
+equal('options', told.join(), 'rec709,1.5,7,rgba32f,false,Rec.2020,rec709,1.5,7');
+must('a tenth of the light clamped', c.clamped_pixels > 0 && c.clamp_removed > 0.1, c);
 END
     iblbake -q $floats one.hdr -o one --exposure -2 -j 3 --rotate 9
     js <<'END'
 const e = json('one/one.json').environment;
-if (Math.abs(e.mean_luminance - 0.25) > 1e-6) console.log(e);
+near('luminance', e.mean_luminance, 0.25, 1e-6);
 END
 }
 
@@ -189,7 +188,7 @@ test_lobes() {
     for lobe in charlie phong; do
         taken || continue
         iblbake -q $levels $exact --only specular,json env.exr -o out \
-            --lobe $lobe --max-error 0.01 || echo "$lobe: bake judges itself: $?"
+            --lobe $lobe --max-error 0.01 || is 0 $? "$lobe: status"
         MAX=0.01 accept env.exr out
         MAX=0.01 refuse env.exr out --lobe ggx
         MAX=0.01 accept env.exr --specular out/env_specular.dds --lobe $lobe
@@ -243,7 +242,7 @@ test_damage_is_found() {
     # Whatever the bound.
     damage out/env_specular.dds nan s.dds
     MAX=1000 refuse env.exr out --specular s.dds
-    grep -q 'specular 2 has 1 texels of NaN' err || cat err
+    has 'specular 2 has 1 texels of NaN' err
     iblbake -q $floats env.exr -o out --mapping filament
     rm out/env.json
     MAX=0.003 refuse env.exr out
@@ -274,15 +273,14 @@ for (const [file, part, slack] of [['all.json', 6, 0.001],
         near('bias', l.bias, 0.6 / part, slack);
         near('nonfinite', l.nonfinite, 0, 0);
         const [x, y, z] = l.worst_at;
-        if (file === 'all.json' && l.standard_error.nrmse > 0)
-            console.log('no matter of chance');
-        if (!(x > Math.abs(y) - 1e-3 && x > Math.abs(z) - 1e-3))
-            console.log(`worst towards ${x} ${y} ${z}`);
+        if (file === 'all.json') equal('error of all', l.standard_error.nrmse, 0);
+        must('the worst on +X', x > Math.abs(y) - 1e-3 && x > Math.abs(z) - 1e-3,
+            l.worst_at);
     }
 }
 END
     awk 'NR > 1 && NF != 14' table
-    [ "$(wc -l <table)" = 4 ] || cat table
+    lines 4 table
 }
 
 # The chosen texels tell of all of them, as well as their standard errors say.
@@ -305,13 +303,13 @@ for (const seed of [1, 2, 3])
             count++;
             within += off <= 2 * error;
             if (off > 4.5 * error && what !== 'p95')
-                console.log(`${l.content} ${l.level}, seed ${seed}: ${what} ` +
-                    `${l[what]} +- ${error}, of all ${all[i][what]}`);
+                console.log(`${l.content} ${l.level}, seed ${seed}: ${what}: found ` +
+                    `${l[what]} +- ${error}, wanted ${all[i][what]}`);
         }
-        if (l.worst > all[i].worst || l.texels > all[i].texels)
-            console.log('more than all');
+        must(`at most ${all[i].worst} of ${all[i].texels}`, l.worst <= all[i].worst &&
+            l.texels <= all[i].texels, [l.worst, l.texels]);
     });
-if (within < 0.85 * count) console.log(`${within} of ${count}`);
+must(`0.85 of ${count}`, within >= 0.85 * count, within);
 END
 }
 
@@ -325,13 +323,13 @@ test_harmonics() {
     js <<'END'
 const h = json('v.json').harmonics;
 near('coefficients', h.coefficients, 0, 1e-6);
-if (!(h.nrmse > 0.01 && h.nrmse < 0.3 && h.level === 2)) console.log(h);
+must('.01 to .3 at level 2', h.nrmse > .01 && h.nrmse < .3 && h.level === 2, h);
 const s = json('out/env.json');
 s.sh.radiance[2][1] *= 1.1;
 fs.writeFileSync('out/env.json', JSON.stringify(s));
 END
     MAX=0.01 refuse env.hdr out
-    grep -q 'harmonics' err || cat err
+    has 'harmonics' err
 }
 
 # ---- files of other programs -------------------------------------------
@@ -392,7 +390,8 @@ test_levels_that_disagree() {
     iblbake -q $levels env.exr -o out --only specular --format ktx
     cp out/env_specular.ktx own.ktx
     sed 's/\x000,0.5,1\x00/\x000,0,1,1\x00/' own.ktx >out/env_specular.ktx
-    cmp -s own.ktx out/env_specular.ktx && echo 'the key was not found'
+    cmp -s own.ktx out/env_specular.ktx &&
+        echo 'wanted other keys, found those of own.ktx'
     wrong 1 '*has 3 levels, and the roughness of 4: bake it again*' env.exr out
     MAX=0.003 accept env.exr out --roughness-map linear
     sed 's/\x000,0.5,1\x00/\x000;0.5,1\x00/' own.ktx >out/env_specular.ktx
@@ -417,8 +416,7 @@ test_mixed_sets() {
     ! grep warning err
     cp other/env_specular.ktx2 out
     iblbake verify env.exr out 2>err >verdict
-    grep -q 'warning: out/env_specular.ktx2: is not the file that out/env.json' \
-        err || cat err
+    has 'warning: out/env_specular.ktx2: is not the file that out/env.json' err
 }
 
 # Files say how many lights were taken out of what they are made from, by keys
@@ -431,7 +429,7 @@ test_lights() {
         rm -rf out
         iblbake -q $small sunny.hdr --pixel rgba32f --format $format \
             --skybox 32 --sun --rotate 50 -o out --max-error 0.001 >table ||
-            cat table
+            is 0 $? "$format: $(cat table): status"
         MAX=0.001 accept sunny.hdr out
         MAX=0.001 refuse sunny.hdr out --lights 0
         MAX=0.001 accept sunny.hdr --rotate 50 --lights 4 \
@@ -451,33 +449,32 @@ test_lights() {
 test_results_in_spite_of_the_error() {
     iblbake -q $small env.exr -o out
     iblbake verify env.exr out --max-error 1e-9 --json v.json >table 2>err &&
-        echo 'status 0'
-    [ -s v.json ] && [ -s table ] || ls -l
-    grep -q '"passed": false' v.json || cat v.json
-    iblbake verify -q $few env.exr out --max-rendered-error 5 || echo 'not below 5'
+        is 1 0 status
+    there v.json table
+    has '"passed": false' v.json
+    works iblbake verify -q $few env.exr out --max-rendered-error 5
     iblbake verify -q $few env.exr out --max-rendered-error 0.001 2>err
-    grep -q 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' \
-        err || cat err
-    iblbake verify env.exr out >/dev/full 2>err && echo 'stdout is full'
-    [ "$(wc -l <err)" = 1 ] || cat err
+    has 'rendered with F0 = 1, the files have an nRMSE of .*, above 0.001' err
+    iblbake verify env.exr out >/dev/full 2>err && is 1 0 'status of a full stdout'
+    lines 1 err
 }
 
 # ---- the bake's --verify -----------------------------------------------
 
 test_bake_and_verify() {
     iblbake $small env.exr -o out --rotate 40 --mapping filament \
-        --geometry schlick-ibl --verify >table 2>err || echo "status $?"
-    [ ! -s err ] || cat err
+        --geometry schlick-ibl --verify >table 2>err || is 0 $? status
+    lines 0 err
     # The same as verify says of the files, and of the sidecar's harmonics.
     iblbake verify env.exr out | grep -v '^harmonics\|^  of degree' | cmp - table
     js <<'END'
 const v = json('out/env.json').verify;
 const got = v.levels.map(l => l.content + l.level).join();
-if (got !== 'specular0,specular1,specular2,irradiance0') console.log(got);
-if (!(v.levels[1].nrmse < 0.003 && v.lut.worst < 0.0003)) console.log(v);
+equal('levels', got, 'specular0,specular1,specular2,irradiance0');
+must('below .003 and .0003', v.levels[1].nrmse < 0.003 && v.lut.worst < 0.0003, v);
 END
-    iblbake -q $small env.exr -o out2 --max-error 0.003 || echo "status $?"
-    grep -q '"verify"' out2/env.json || echo 'nothing in the sidecar'
+    iblbake -q $small env.exr -o out2 --max-error 0.003 || is 0 $? status
+    has '"verify"' out2/env.json
 }
 
 # ---- what is rendered --------------------------------------------------
@@ -493,28 +490,27 @@ test_rendered() {
 const { shader, rows, means } = json('v.json').rendered;
 near('rows', rows.length, 16, 0);
 near('means', means.length, 2, 0);
-if (shader !== process.argv[2]) console.log(shader);
+equal('shader', shader, process.argv[2]);
 for (const row of [...rows, ...means]) {
     near('nrmse', row.nrmse, 0, 0.03);
     near('bias', row.bias, 0, 0.03);
-    if (!(row.standard_error.nrmse < 0.01)) console.log(row.standard_error);
+    near('standard error', row.standard_error.nrmse, 0, 0.01);
 }
 END
-        [ "$(wc -l <table)" = 20 ] || cat table
+        lines 20 table
     done
-    sed -n 1p table | grep -q 'by table: 24 directions' || cat table
+    has 'by table: 24 directions' table
 }
 
 # A sun is right as a disc, not as a part of levels.
 test_rendered_with_lights() {
     mkenv hdr 256 128 >sunny.hdr
     iblbake -q $small --size 64 sunny.hdr --rotate 50 --sun -o rest
-    iblbake verify -q $few sunny.hdr rest --max-rendered-error 0.08 2>err ||
-        cat err
+    works iblbake verify -q $few sunny.hdr rest --max-rendered-error 0.08
     [ $sanitized = no ] || return 0
     iblbake -q $small --size 64 sunny.hdr --rotate 50 -o all
     iblbake verify -q $few sunny.hdr all --max-rendered-error 0.3 2>err &&
-        echo 'a sun is right without its disc'
+        is 1 0 'status of a sun without its disc'
 }
 
 # An error that is no number would be below any bound.
@@ -529,7 +525,7 @@ test_rendered_not_finite() {
     lobes '\377\377' >nan.dds
     wrong 1 '*not finite*' $few env.exr out --lobe-table nan.dds
     lobes '\000\274' >below.dds # -1: a GPU takes level 0
-    iblbake verify -q $few env.exr out --lobe-table below.dds || echo $?
+    works iblbake verify -q $few env.exr out --lobe-table below.dds
 }
 
 # As when another bake in the same directory has replaced the table.
@@ -537,11 +533,12 @@ test_rendered_other_levels() {
     iblbake -q $small env.exr -o out
     mv out/env_lobe_lut.ktx2 out/lobe_lut.ktx2
     rm out/env.json
-    iblbake verify $few env.exr out | grep -q 'by table' || echo 'no table'
+    iblbake verify $few env.exr out >table
+    has 'by table' table
     iblbake -q --levels 4 --lobe-table prior --only lobe-table -o out
-    iblbake verify $few env.exr out >table 2>err || cat err
-    grep -q 'by split' table || cat table
-    grep -q 'out/lobe_lut.ktx2: left out: for levels of other' err || cat err
+    iblbake verify $few env.exr out >table 2>err || is 0 $? status
+    has 'by split' table
+    has 'out/lobe_lut.ktx2: left out: for levels of other' err
     wrong 1 '*lobe_lut.ktx2: for levels of other roughness*' $few env.exr out \
         --lobe-table out/lobe_lut.ktx2
 }

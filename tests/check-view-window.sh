@@ -61,13 +61,13 @@ open() {
     : >said # which is emptied between, so it is added to
     iblview --size 320x240 "$@" 2>>said >printed &
     viewer=$!
-    within find_window || { echo "no window: $(cat said)"; return 1; }
+    within find_window || { echo "wanted a window, found: $(cat said)"; return 1; }
     [ "${hint:-}" = kept ] || press Escape
 }
 # ended: the viewer has; sets status.
 gone() { ! kill -0 "$viewer" 2>/dev/null; }
 ended() {
-    within gone || { echo 'does not end'; kill -KILL "$viewer"; }
+    within gone || { echo 'wanted an end, found it running'; kill -KILL "$viewer"; }
     wait "$viewer"
     status=$?
     viewer=
@@ -77,12 +77,12 @@ ended() {
 quits() {
     press q
     ended
-    [ $status = 0 ] || echo "status $status: $(cat said)"
+    is 0 $status "$(cat said): status"
 }
 title() { xdotool getwindowname "$window"; }
 titled() { [[ $(title) == *"$1"* ]]; }
 # shows TEXT: the title comes to say so.
-shows() { within titled "$1" || echo "title is \"$(title)\", not \"$1\""; }
+shows() { within titled "$1" || is "$1" "$(title)" title; }
 # away: the pointer is in the window and leaves it, also after a drop there.
 away() {
     xdotool mousemove --window "$window" 9 9
@@ -95,7 +95,7 @@ press() { xdotool key --window "$window" --delay 30 "$@" 2>/dev/null; }
 snap() {
     rm -f iblview-*.png
     press P
-    within test -e iblview-001.png || { echo 'P writes no picture'; return; }
+    within test -e iblview-001.png || { there iblview-001.png; return; }
     mv iblview-001.png "$1"
     press Escape
 }
@@ -103,10 +103,10 @@ snap() {
 still() {
     local file=$1
     shift
-    iblview -q --offscreen "$file" "$@" 2>err || echo "offscreen: $(cat err)"
+    iblview -q --offscreen "$file" "$@" 2>err || is 0 $? "$(cat err): status"
 }
-same() { cmp -s "$1" "$2" || echo "$1 and $2 differ${3:+: $3}"; }
-other() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same${3:+: $3}"; }
+same() { cmp -s "$1" "$2" || echo "wanted $1, found another picture, $2${3:+: $3}"; }
+other() { ! cmp -s "$1" "$2" || echo "wanted another picture than $1, found it in $2${3:+: $3}"; }
 # on_screen FILE: the display has these pixels where the window is.
 as_shown() {
     # shellcheck disable=SC2034
@@ -116,9 +116,12 @@ as_shown() {
         [ "$differing" = 0 ]
 }
 on_screen() {
-    within as_shown "$1" || echo "$differing pixels on the screen are not $1's"
+    within as_shown "$1" || echo "wanted $1 on the screen, found $differing other pixels"
 }
 not_shown() { ! as_shown "$1"; }
+changes() { # PICTURE WHAT: which then shows
+    within not_shown "$1" || echo "wanted $2 on the screen, found $1"
+}
 
 # ---- what is shown ---------------------------------------------------------
 mkenv exr 64 32 BGR >env.exr
@@ -126,17 +129,16 @@ mkenv hdr 64 32 >sun.hdr
 baked() { # MAP
     cp "$1" map"${1#*.}" &&
         iblbake -q "$1" -o baked --name env --size 64 --irradiance-size 16 \
-            --lut-size 32 2>/dev/null || echo "bake of $1 fails"
+            --lut-size 32 2>/dev/null || is 0 $? "bake of $1: status"
 }
 
 test_opens_and_equals_offscreen() {
     still off.png --size 320x240 baked
     hint=kept open baked || return
     shows 'env | '
-    within not_shown off.png || echo 'nothing says how to see the keys'
+    changes off.png 'how to see the keys'
     press Escape
-    [ "$(xdotool getwindowgeometry "$window" | grep -o '[0-9]*x[0-9]*')" = \
-        320x240 ] || echo 'has another size'
+    is 320x240 "$(xdotool getwindowgeometry "$window" | grep -o '[0-9]*x[0-9]*')"
     on_screen off.png
     snap first.png
     same first.png off.png
@@ -170,9 +172,9 @@ test_pictures_are_kept() {
     touch iblview-{001..999}.png
     press P
     away
-    within not_shown first.png || echo 'says nothing of all the pictures'
+    changes first.png 'a word of all the pictures'
     find . -name 'iblview-*.png' -size +0
-    [ ! -e iblview-1000.png ] || echo 'writes a thousandth picture'
+    absent iblview-1000.png
     rm iblview-*.png
     press Escape
     on_screen first.png
@@ -182,7 +184,7 @@ test_texel_under_the_pointer() {
     press m
     xdotool mousemove --window "$window" 160 120
     snap level.png
-    within not_shown level.png || echo 'no texel is read out'
+    changes level.png 'a texel read out'
     away
     on_screen level.png
     press Home Escape
@@ -197,7 +199,7 @@ test_panel() {
     xdotool mousemove --window "$window" 270 18 sleep 1 click 1 sleep 1
     away
     press Escape
-    within not_shown first.png || echo 'the button shows no keys'
+    changes first.png 'keys'
     press Escape
     on_screen first.png
 }
@@ -219,8 +221,7 @@ test_resize() {
 
 test_drop() {
     cp env.exr 'dropped map.exr'
-    desktop "$window" drop "file://$work/dropped%20map.exr" ||
-        echo 'does not take what is dropped'
+    works desktop "$window" drop "file://$work/dropped%20map.exr"
     shows 'dropped map | '
     still dropped.png --size 320x240 'dropped map.exr'
     away
@@ -242,11 +243,11 @@ test_quit() {
     shows 'env | '
     press Escape Escape
     sleep 0.3
-    ! gone || echo 'Escape quits'
+    ! gone || echo 'wanted Escape to close, found an end'
     desktop "$window" close
     ended
-    [ $status = 0 ] || echo "closed: status $status: $(cat said)"
-    [ ! -s said ] || echo "says: $(cat said)"
+    is 0 $status "closed: status ($(cat said))"
+    lines 0 said
 }
 
 # Baked probes: one, and what is around it.
@@ -269,7 +270,7 @@ test_baked_probes() {
     echo '{' >bad/index.json
     : >said
     desktop "$window" drop "file://$work/bad/index.json"
-    within grep -q 'bad/index.json:.*no JSON' said || cat said
+    within grep -q 'bad/index.json:.*no JSON' said || has 'bad/index.json:.*no JSON' said
     desktop "$window" drop "file://$work/two/index.json"
     shows 'env | '
     quits
@@ -283,11 +284,11 @@ test_arrays() {
     press a
     on_screen second.png
     press a
-    within grep -q 'has no layer 2' said || cat said
+    within grep -q 'has no layer 2' said || has 'has no layer 2' said
     press Escape
     on_screen second.png
     press A
-    within not_shown second.png || echo 'does not go back'
+    changes second.png 'the first'
     quits
 }
 
@@ -313,8 +314,8 @@ test_list_without_a_set() {
     echo junk >damaged/a.hdr
     hint=kept open damaged || return
     xdotool mousemove --window "$window" 100 77 sleep 1 click 1
-    within grep -q 'a.hdr: is no image' said || cat said
-    ! gone || echo "ends"
+    within grep -q 'a.hdr: is no image' said || has 'a.hdr: is no image' said
+    ! gone || echo 'wanted it running, found an end'
     quits
 }
 
@@ -326,7 +327,7 @@ test_stalled_pipe() {
     press q
     ended
     exec 5>&-
-    [ $status = 0 ] || echo "status $status: $(cat said)"
+    is 0 $status "$(cat said): status"
 }
 
 # Twice as fine a display: a window, and a picture, of twice as many pixels.

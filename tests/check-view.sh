@@ -22,13 +22,13 @@ need_pictures "$work/err"
 draw() {
     local out=$1
     shift
-    iblview --offscreen "$out" $small "$@" >said 2>&1 || echo "$*: status $?"
-    [ -s "$out" ] || echo "$*: no picture"
-    [ ! -s said ] || echo "$*: $(head -n 1 said)"
+    iblview --offscreen "$out" $small "$@" >said 2>&1 || is 0 $? "$*: status"
+    there "$out"
+    lines 0 said
 }
 size() { od -An -td4 -j16 -N8 --endian=big "$1" | awk '{ print $1 " x " $2 }'; }
 same() { cmp "$1" "$2"; }
-differ() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same"; }
+differ() { ! cmp -s "$1" "$2" || echo "wanted another picture than $1, found it in $2"; }
 
 # ---- pictures ------------------------------------------------------------
 
@@ -88,7 +88,7 @@ test_models() {
     differ a.png b.png
     iblview "$work/ktx2" --model b.gltf --offscreen d.png $small \
         --compare split --samples 16 >said
-    grep -q '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said || cat said
+    has '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said
 }
 
 # One line after notes of parts, and no picture.
@@ -99,14 +99,14 @@ test_models_that_cannot_be_drawn() {
     sed 's/"count":4/"count":5/' good.gltf >long.gltf
     for file in none.gltf empty.gltf long.gltf env.exr .; do
         iblview "$work/ktx2" --model $file --offscreen no.png 2>said
-        [ $? = 1 ] || echo "$file: status $?"
-        [ "$(grep -vc '^iblview: note' said)" = 1 ] || head -n 3 said
-        [ ! -e no.png ] || echo "$file: a picture"
+        is 1 $? "$file: status"
+        is 1 "$(grep -vc '^iblview: note' said)" "$file: lines of $(cat said)"
+        absent no.png
     done
     wrong 2 '*--mode model: is of a model: add --model' "$work/ktx2" \
         --mode model
     iblview good.gltf --model good.gltf --offscreen no.png 2>said
-    grep -q 'is a second model' said || cat said
+    has 'is a second model' said
     # A model alone is lit by the map that comes with the program.
     iblview good.gltf --offscreen alone.png --size 32x18 &&
         iblview --model good.gltf --offscreen same.png --size 32x18 &&
@@ -157,7 +157,7 @@ test_panel_and_other_set() {
     draw b.png "$work/ktx2" $small --against-set other --split 0
     differ a.png b.png
     iblview "$work/ktx2" ${small#-q} --against-set other --offscreen a.png >out
-    grep -q '^relative RMSE of env against env' out || cat out
+    has '^relative RMSE of env against env' out
     wrong 1 '*nothing*' "$work/ktx2" $small --offscreen c.png \
         --against-set nothing
 }
@@ -175,9 +175,8 @@ test_scene() {
 # Two states, by options, by the name of a reflection, or not at all.
 test_against() {
     local to='--offscreen a.png --size 64x48'
-    iblview "$work/ktx2" $to --against fit | head -n 1 |
-        grep -qx 'relative RMSE of reflection split against reflection fit' ||
-        echo 'the sides are not named'
+    iblview "$work/ktx2" $to --against fit >said
+    has -x 'relative RMSE of reflection split against reflection fit' said
     wrong 2 '*--against: --reflection bogus: *split*' "$work/ktx2" $to --against bogus
     wrong 2 '*--against: --yaw 3: is the same for both sides' "$work/ktx2" \
         $to --against '--yaw 3'
@@ -188,10 +187,10 @@ test_against() {
 # Pictures with alpha, those of a turn, and the exposure of the mean.
 test_more_pictures() {
     draw a.png "$work/ktx2" --background transparent --no-labels
-    [ "$(od -An -tu1 -j25 -N1 a.png)" -eq 6 ] || echo 'no alpha'
+    is 6 "$(od -An -tu1 -j25 -N1 a.png | xargs)" 'kind of PNG'
     iblview "$work/ktx2" $small --turntable 3 --offscreen b.png ||
-        echo "status $?"
-    ls b-*.png | tr '\n' ' ' | grep -qx 'b-001.png b-002.png b-003.png ' || ls
+        is 0 $? status
+    is 'b-001.png b-002.png b-003.png' "$(ls b-*.png | xargs)"
     differ b-001.png b-002.png
     draw c.png "$work/ktx2" --no-labels --tone linear --mean-exposure
     draw d.png "$work/ktx2" --no-labels --tone linear --mean-exposure --ev 3
@@ -205,13 +204,13 @@ test_stats() {
     local by='by=(EGL|OSMesa) [A-Za-z].*'
     for mode in 'spheres --grid 2x2' 'scene --probe-size 32 --seconds 1.5'; do
         iblview "$work/ktx2" --offscreen a.png --size 48x36 --antialias 1 \
-            --stats --mode $mode >said || echo "status $?"
-        grep -Eqx "mode=${mode%% *} frames=16 frame=$number worst=$number\
-( gpu=$number)?$room $by" said || cat said
+            --stats --mode $mode >said || is 0 $? status
+        has -Ex "mode=${mode%% *} frames=16 frame=$number worst=$number\
+( gpu=$number)?$room $by" said
         room=" seconds=1.500 ms=$number"
     done
     iblview "$work/ktx2" --contact-sheet a.png $small --mode levels --stats >said
-    grep -q '^mode=levels frames=160 ' said || cat said
+    has '^mode=levels frames=160 ' said
 }
 
 test_samples() {
@@ -223,7 +222,8 @@ test_samples() {
     draw a.png "$work/ktx2" $with
     same a.png b.png
     iblview "$work/ktx2" --offscreen c.png $small --compare difference \
-        --samples 33 | grep -q ' 33 samples a pixel' || echo 'not 33 samples'
+        --samples 33 >said
+    has ' 33 samples a pixel' said
 }
 
 # Places along the axes of each sheet are the pictures of the same options; the
@@ -232,7 +232,7 @@ test_contact_sheets() {
     local rows columns row column sheet picture
     while IFS='|' read -r rows columns row column sheet picture; do
         iblview "$work/ktx2" --contact-sheet sheet.png $small $sheet ||
-            echo "status $?"
+            is 0 $? status
         [ "$(size sheet.png)" = "$((4 + columns * 52)) x $((4 + rows * 40))" ] ||
             size sheet.png
         draw a.png "$work/ktx2" -q $picture
@@ -249,11 +249,12 @@ test_notes_on_what_does_not_fit() {
         --lut-kind multiscatter >said 2>&1
     # The map is not at hand.
     sed -i 's/"path": "[^"]*"/"path": "gone.exr"/' out/env.json
-    iblview out --offscreen a.png $small >said 2>&1 || echo "status $?"
-    [ "$(wc -l <said)" = 4 ] && grep -q 'lobe charlie' said &&
-        grep -q 'level 0 is of roughness 0.25' said &&
-        grep -q 'of kind multiscatter: not used' said &&
-        grep -q 'made with the geometry smith' said || cat said
+    iblview out --offscreen a.png $small >said 2>&1 || is 0 $? status
+    lines 4 said
+    has 'lobe charlie' said
+    has 'level 0 is of roughness 0.25' said
+    has 'of kind multiscatter: not used' said
+    has 'made with the geometry smith' said
     iblview out --offscreen a.png $small -q 2>&1
 }
 
@@ -263,7 +264,7 @@ test_errors() {
     cp -r "$work/ktx2" out
     sed -i 's/"path": "[^"]*"/"path": "gone.exr"/' out/*.json
     iblview out --offscreen a.png --size 32x32 --grid 2x1 --samples 16 \
-        --compare split --roughness 0:0 >said || echo "status $?"
+        --compare split --roughness 0:0 >said || is 0 $? status
     awk 'NR == 3 && /metallic 0.000, roughness 0.000$/ { plastic = $2 }
          NR == 4 && /metallic 1.000, roughness 0.000$/ { metal = $2 }
          NR > 2 { pixels += NR == 5 ? -$1 : $1 }
@@ -307,7 +308,8 @@ test_unwritable_outputs() {
     wrong 1 '*nowhere*' "$work/ktx2" $small --contact-sheet nowhere/a.png \
         --mode levels
     iblview --keys >/dev/full 2>err
-    [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] || echo "full: $(cat err)"
+    is 1 $? 'status of a full stdout'
+    lines 1 err
 }
 
 # A file-size limit is an error like another.
@@ -331,13 +333,13 @@ test_odd_names() {
     local odd=$'a\nb\033[31m' scene='--mode scene --probe-size 16'
     cp -r "$work/ktx2" "$odd"
     iblview "$odd" --probe-set "$odd/gone.json" $scene --offscreen a.png \
-        >said 2>&1 && echo 'status 0'
+        >said 2>&1 && is 1 0 status
     make_scene a '[{"name": "a\nb\u001b[31m"}]'
     iblview "$odd" --model a.gltf --offscreen a.png $small --samples 1 \
         --compare split --against-set "$odd" --against reference >>said ||
-        echo "status $?"
+        is 0 $? status
     LC_ALL=C grep -n '[^ -~]' said
-    [ "$(grep -c 'a?b?\[31m' said)" = 2 ] || cat said
+    count 2 'a?b?\[31m' said
 }
 
 # ---- what it says of itself ----------------------------------------------

@@ -165,6 +165,7 @@ static const map_row maps[] = {
     {"tall pixels", 300, 20, 0, kind, {MAP_SUNNY}},
     {"wide pixels", 20, 150, 0, kind, {MAP_SUNNY}},
     {"long rows", 1100, 11, 0, kind, {MAP_NOISE}},
+    {"1600x800", 1600, 800, 0, kind, {MAP_SUNNY}},
     {"1x1", 1, 1, 0.3f, square, {0, 0, 0}},
     {"2x1", 2, 1, 0, kind, {MAP_NOISE}},
     {"1x2", 1, 2, 0, kind, {MAP_NOISE}},

@@ -84,6 +84,35 @@ refused() {
     esac
     [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
 }
+# What was wanted beside what was found, if they differ, each for a verdict.
+is() { # WANTED FOUND [WHAT]
+    [ "$1" = "$2" ] || echo "${3:+$3: }found '$2', wanted '$1'"
+}
+has() { # [-OPTION] PATTERN FILE: a line of the file, as grep finds it
+    grep -q "$@" || echo "wanted '${*: -2:1}' in ${*: -1}, found: $(
+        head -n 8 "${@: -1}")"
+}
+count() { # N PATTERN FILE: so many lines like it
+    is "$1" "$(grep -c -- "$2" "$3")" "lines like '$2' in $3"
+}
+lines() { # N FILE: so many lines in all
+    is "$1" "$(grep -c '' "$2")" "lines in $2, $(head -n 8 "$2")"
+}
+works() { # COMMAND...: ends with status 0
+    "$@" || is 0 $? "$*: status"
+}
+there() { # FILE...: not empty
+    local f
+    for f; do
+        [ -s "$f" ] || echo "wanted $f, found: $(ls -A . "${f%/*}" 2>&1 | xargs)"
+    done
+}
+absent() { # FILE...: or folders
+    local f
+    for f; do
+        [ ! -e "$f" ] || echo "wanted no $f, found: $(ls -Ald "$f" "$f"/* 2>&1)"
+    done
+}
 # within COMMAND...: true as soon as it is; false if it is not in a minute, or
 # longer on a busy machine.
 within() {
@@ -124,18 +153,41 @@ map_of() { # COUNT BYTES...
         shift 2
     done
 }
-# Runs standard input by node, with fs, json(FILE), which reads one, and
-# near(WHAT, GOT, WANT, BY), which says what is farther apart than BY.
+# Runs standard input by node, with fs, json(FILE), which reads one, and what says
+# what was found and wanted: near(WHAT, GOT, WANT, BY) of what is farther apart
+# than BY, equal(WHAT, GOT, WANT), must(WANT, OK, GOT).
 js() { # ARGUMENTS
     {
         cat <<'END'
 const fs = require('fs');
 const json = name => JSON.parse(fs.readFileSync(name));
+const shown = JSON.stringify;
 const near = (what, got, want, by) => Math.abs(got - want) <= by ||
-    console.log(`${what}: ${got}, not ${want}`);
+    console.log(`${what}: found ${got}, wanted ${want}`);
+const equal = (what, got, want) => shown(got) === shown(want) ||
+    console.log(`${what}: found ${shown(got)}, wanted ${shown(want)}`);
+const must = (want, ok, got) =>
+    ok || console.log(`found ${shown(got)}, wanted ${want}`);
 END
         cat
     } | node - "$@"
+}
+# fetch_npm FOLDER PACKAGES: npm's, once: a network that is not there is no fault of
+# ours.
+fetch_npm() {
+    [ "$(cat "$1/fetched" 2>/dev/null)" = "$2" ] && return
+    # shellcheck disable=SC2086
+    npm install --no-save --no-package-lock --no-audit --no-fund \
+        --ignore-scripts --loglevel=error --prefix "$1" $2 && echo "$2" >"$1/fetched"
+}
+# report NAME FILE: what a program printed, whose last line is "N passed, N failed".
+report() {
+    sed '$d' "$2"
+    if [[ $(tail -n 1 "$2") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+        passed=$((passed + BASH_REMATCH[1])) failed=$((failed + BASH_REMATCH[2]))
+    else
+        verdict "$1" "wanted a verdict, found: $(tail -n 1 "$2")"
+    fi
 }
 need() { # PROGRAM...: without one of them nothing is tested
     local why

@@ -324,6 +324,36 @@ static void try_flat(search *s)
     keep(&s->best, &x);
 }
 
+/* From the brightest texel at one end, and the weighted mean of the others at
+ * the other. A sun whose neighbours have other colours, as where one channel's
+ * light was spread around it, may lead the steps from the longest axis to a
+ * block without it. */
+static void try_sun(search *s)
+{
+    candidate x = {.mode = &ibl_bc6h_modes[IBL_BC6H_MODES - 1]};
+    float ends[4][3], b[N], sum = 0;
+    int sun = 0;
+    for (int i = 1; i < N; i++)
+        if (s->t.rgb[0][i] + s->t.rgb[1][i] + s->t.rgb[2][i] >
+            s->t.rgb[0][sun] + s->t.rgb[1][sun] + s->t.rgb[2][sun])
+            sun = i;
+    for (int i = 0; i < N; i++)
+        sum += i == sun ? 0 : s->t.weight[i];
+    for (int c = 0; c < 3; c++) {
+        float mean = 0;
+        for (int i = 0; i < N; i++)
+            mean += i == sun ? 0 : s->t.weight[i] / sum * s->t.rgb[c][i];
+        ends[0][c] = u_of(mean) - s->t.mean[c];
+        ends[1][c] = s->t.u[c][sun];
+    }
+    set_ends(s, &x, (const float(*)[3])ends);
+    evaluate(s, &x);
+    keep(&s->best, &x);
+    for (int i = 0; i < N; i++)
+        b[i] = ibl_bc6h_weights[1][x.index[i]] * 0x1p-6f;
+    try_places(s, &ibl_bc6h_modes[IBL_BC6H_ONE_REGION], 0, b);
+}
+
 /* ---- blocks ------------------------------------------------------------ */
 
 /* Bits that are written from the lowest on. */
@@ -376,6 +406,8 @@ void ibl_bc6h_encode(const ibl_bc6h_fit *fit, const float *texels, size_t count,
         try_flat(&s);
         if (s.best.error > 0) {
             try_one_region(&s);
+            if (s.best.error > N)
+                try_sun(&s);
             if (tried[quality])
                 try_two_regions(&s, tried[quality]);
         }

@@ -295,6 +295,47 @@ async function judgeVerify(cmd, row, r) {
     return '';
 }
 
+// What convert wrote is read, finite, and has the light of IN; and texels that
+// lose nothing give IN again, byte for byte, or if DDS had the keys, its DDS.
+async function judgeConvert(cmd, row, r) {
+    const words = line(cmd, row), from = words.at(-2), made = files(r.dir);
+    const ask = (...w) => run('iblbake', [...w, '--max-memory', '1G'], r.dir);
+    const table = /_lut/.test(from), flat = /flat/.test(from);
+    const picture = /exr|hdr|png/.test(row.format);
+    const blocks = /bc6h|astc/.test(words.join(' ')); // a sun's ends are coarse
+    const layout = table ? 'octahedral' : {cube: 'faces', cross: 'hcross'}[
+        row.layout] ?? row.layout ?? (flat ? 'octahedral' : 'faces');
+    const names = [...new Set([...made.keys()].map(name =>
+        name.replace(/_[pn][xyz]\./, '_%f.')))].sort();
+    const told = [];
+    for (const some of picture ? [[from], names] : [[from, ...names]]) {
+        const v = await ask('info', '--json', ...some, ...picture &&
+            some !== names ? [] : ['--input-layout', layout]);
+        if (v.crash || v.status) return `read: ${v.crash || v.err}`;
+        told.push(...JSON.parse(v.out).files);
+    }
+    const [was, ...are] = told, levels = picture ? are : are[0].levels;
+    if (levels.length !== was.levels.length)
+        return `light: ${levels.length} levels, not ${was.levels.length}`;
+    for (const [l, {mean, nonfinite}] of levels.entries()) {
+        const want = was.levels[l].mean;
+        if (nonfinite || row.format !== 'png' && !('largest' in row) &&
+            !mean.every((v, c) => Math.abs(v - (want[c] ?? v)) <=
+                (blocks ? .2 : .03) * Math.max(...want)))
+            return `light: level ${l} has ${mean}, not ${want}`;
+    }
+    if (picture || 'layout' in row || 'largest' in row ||
+        /--pixel (?!rgba32f)/.test(words.join(' '))) return '';
+    const kind = /dds/.test(row.format + from) ? 'dds' : 'ktx2';
+    const same = 'pixel' in row ? ['--pixel', was.pixel] : [];
+    const back = await ask('convert', ...same, 'p.ktx2', 'back.' + kind);
+    const own = await ask('convert', from, 'own.' + kind);
+    const bytes = name => fs.readFileSync(path.join(r.dir, name));
+    return back.status || own.status ? `back: ${back.err}${own.err}` :
+        bytes('back.' + kind).equals(bytes(from.endsWith(kind) ? from :
+            'own.' + kind)) ? '' : 'back: is another file than IN';
+}
+
 // What a row comes to: refused with a message, or the law that it breaks.
 async function judge(cmd, row, laws = true, missing = false) {
     const r = await run(cmd.page[0], line(cmd, row, {missing}));
@@ -311,7 +352,8 @@ async function judge(cmd, row, laws = true, missing = false) {
         if (r.status === 1 && ('from' in row || row.ENV === '../folder' ||
             places(line(cmd, row)).length > 1 && cmd.tail))
             return result('');
-        r.message = lines.at(-1);
+        // With --verbose the times of what was done may follow it.
+        r.message = lines.filter(l => /^ibl/.test(l)).at(-1) ?? '';
         r.refused = true;
         return result(
             !/^ibl(bake|view): /.test(r.message) ? 'line: none on stderr' :
@@ -327,8 +369,11 @@ async function judge(cmd, row, laws = true, missing = false) {
     const again = await run(cmd.page[0], line(cmd, row, {more}));
     const bad = differ(left, files(again.dir));
     remove(again);
-    if (!why && (again.status || bad.length))
-        why = `same: again, ${more.join(' ')}: ${again.err}${bad} differ`;
+    if (!why && (again.status || bad.length || again.out !== r.out))
+        why = `same: again, ${more.join(' ')}: ${again.err}${bad.join() ||
+            'what is printed'} differ`;
+    if (!why && cmd.words[0] === 'convert')
+        why = await judgeConvert(cmd, row, r);
     if (!why && !cmd.words.length && cmd.tail)
         why = await judgeOnly(cmd, row, r) || await judgeVerify(cmd, row, r);
     return result(why);

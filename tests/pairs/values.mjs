@@ -103,6 +103,7 @@ export const commands = {
         row: 8, usual: [],
         values: {
             ENV: ['../sun.hdr', '../folder', '../set', '../set/brdf_lut.ktx2',
+                '../flat', '../sunset/sun_specular.dds', '../probes', '-',
                 ...layouts],
             ...inputs, ...running,
         },
@@ -113,7 +114,9 @@ export const commands = {
         words: ['convert'], page: ['iblbake', 'convert'],
         env: '../set/mild_specular.ktx2', tail: 'p.ktx2', row: 6, usual: [],
         values: {
-            ENV: ['../set/brdf_lut.ktx2', '../set/mild_irradiance.ktx2'],
+            ENV: ['../set/brdf_lut.ktx2', '../set/mild_irradiance.ktx2',
+                '../flat/mild_specular.ktx2', '../sunset/sun_specular.dds',
+                '../probes/probes_specular.ktx2', '../mild.exr'],
             zstd: ['0', '3', '9'], largest: ['1e-06', '1', '70000'],
             quality: ['normal', 'fast --pixel bc6h', 'best --pixel astc4x4hdr'],
             ...running, quiet: [''],
