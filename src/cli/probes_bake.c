@@ -221,7 +221,6 @@ static bool fits(const ibl_probes_bake *p, int width, int height)
     const ibl_set_bake *b = &p->set.bake;
     const ibl_pixel pixel = b->texels.pixel;
     const int size = p->layout.size, block = ibl_pixel_block(pixel);
-    const double most = (double)ibl_memory_most(&p->opts->common);
     const double level0 = (double)ibl_cube_texels(size, 1);
     const double texels = (double)ibl_cube_texels(size, p->layout.levels);
     const int edge = b->options.irradiance_options.size;
@@ -235,13 +234,8 @@ static bool fits(const ibl_probes_bake *p, int width, int height)
     const double need = IBL_PROGRAM_BYTES +
                         1.1 * (arrays + (double)bake + 28.0 * width * height +
                                16 * level0 + 12 * texels);
-    return most <= 0 || need <= most ||
-           ibl_console_fail(p->console,
-                            "%s: takes %.0f MiB of memory, more than the %.0f "
-                            "of --max-memory: ask for a smaller --size, or "
-                            "make two sets of it",
-                            p->input, ceil(need / (1 << 20)),
-                            floor(most / (1 << 20)));
+    return ibl_console_fits(p->console, &p->opts->common, p->input, need,
+                            "ask for a smaller --size, or make two sets of it");
 }
 
 /*
