@@ -164,9 +164,7 @@ ISA =
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o)
-$(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
-$(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/io/exr.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
 $(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o \
     io/sidecar_text.o): LOCAL = $(JSON_CFLAGS)
@@ -194,10 +192,10 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
-$(addprefix $(BUILD)/obj/src/,io/exr_chunks.o engine/png.o): \
+$(addprefix $(BUILD)/obj/src/,io/exr.o engine/png.o): \
     $(BUILD)/used-deflate
 $(addprefix $(BUILD)/obj/src/cli/,bake_write.o bench.o common_options.o \
-    probes_index.o): $(BUILD)/used-revision
+    probes_bake.o): $(BUILD)/used-revision
 
 define COMPILE
 @mkdir -p $(@D)

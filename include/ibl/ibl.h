@@ -661,6 +661,12 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
 double ibl_sh_cosine(int l);
 
 /*
+ * The harmonics of ibl_bake_sh up to a degree, 0..IBL_MAX_SH_DEGREE, in a unit
+ * direction: y has room for (degree + 1)^2, at l (l + 1) + m.
+ */
+void ibl_sh_at(int degree, const double direction[3], double *y);
+
+/*
  * A light that was taken out of a map: a disc of uniform radiance, far away. A
  * diffuse surface gets albedo / pi * irradiance * N.L from it, a specular one
  * the mean of the BRDF over the disc.

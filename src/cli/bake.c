@@ -105,23 +105,18 @@ double ibl_bake_bytes(const ibl_job *r, size_t reader, int width, int height)
 static bool fits(ibl_job *r, const ibl_source *source)
 {
     const ibl_opts *o = r->opts;
-    const double mib = 1 << 20, most = (double)ibl_memory_most(&o->common);
     const double need =
         ibl_bake_bytes(r, ibl_source_memory(source), ibl_source_width(source),
                        ibl_source_height(source));
     const char *keeps = ibl_given_of(&o->given, keep_map);
+    char advice[128];
 
-    ibl_console_info(&r->console, "plans %.0f MiB of memory", need / mib);
-    if (!(need > 0))
-        return false;
-    return most <= 0 || need <= most ||
-           ibl_console_fail(&r->console,
-                            "%s: takes %.0f MiB of memory, more than the %.0f "
-                            "of --max-memory: ask for a smaller --size or "
-                            "--skybox, or scale the map down%s%s",
-                            o->input, ceil(need / mib), floor(most / mib),
-                            keeps ? ", or leave out --" : "",
-                            keeps ? keeps : "");
+    snprintf(advice, sizeof advice,
+             "ask for a smaller --size or --skybox, or scale the map down%s%s",
+             keeps ? ", or leave out --" : "", keeps ? keeps : "");
+    ibl_console_info(&r->console, "plans %.0f MiB of memory", need / (1 << 20));
+    return need > 0 &&
+           ibl_console_fits(&r->console, &o->common, o->input, need, advice);
 }
 
 /* ---- the environment --------------------------------------------------- */

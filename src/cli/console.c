@@ -221,6 +221,18 @@ bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)
     return !ibl_outputs_commit(outputs);
 }
 
+bool ibl_console_fits(ibl_console *console, const ibl_common *common,
+                      const char *what, double need, const char *advice)
+{
+    const double most = (double)ibl_memory_most(common), mib = 1 << 20;
+
+    return most <= 0 || need <= most ||
+           ibl_console_fail(console,
+                            "%s: takes %.0f MiB of memory, more than the %.0f "
+                            "of --max-memory: %s",
+                            what, ceil(need / mib), floor(most / mib), advice);
+}
+
 /* ---- warnings --------------------------------------------------------- */
 
 /* A pure colour in rgb9e5 can lose half of 1/511 of each other component. */

@@ -70,6 +70,11 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
  * was printed on standard output is lost. */
 bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs);
 
+/* False, after a line about `what` that ends with the advice, if `need` bytes
+ * are more than --max-memory. */
+bool ibl_console_fits(ibl_console *console, const ibl_common *common,
+                      const char *what, double need, const char *advice);
+
 /* Adds a level's texels to those of sum, which keeps the largest shares. */
 void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum);
 /* packed: what an engine's file packs the texels into, or NULL. fixed: the

@@ -87,31 +87,14 @@ void ibl_lookup_chain(const ibl_cube *map, const double dir[3], double lod,
 void ibl_lookup_sh(const double *sh, int degree, const double normal[3],
                    double rgb[3])
 {
-    /* (x + i y)^m times what normalises it, P_mm */
-    double re = sqrt(0.25 / M_PI), im = 0;
+    double y[(IBL_MAX_SH_DEGREE + 1) * (IBL_MAX_SH_DEGREE + 1)];
 
+    ibl_sh_at(degree, normal, y);
     rgb[0] = rgb[1] = rgb[2] = 0;
-    for (int m = 0; m <= degree; m++) {
-        double p = 1, before = 0; /* P_lm / P_mm of l and of l - 1 */
-        for (int l = m; l <= degree; l++) {
-            const double *at = sh + (ptrdiff_t)3 * (l * (l + 1));
-            const double y = p * ibl_sh_cosine(l) * (m ? sqrt(2) : 1);
+    for (int l = 0, i = 0; l <= degree; l++)
+        for (const double cosine = ibl_sh_cosine(l); i < (l + 1) * (l + 1); i++)
             for (int c = 0; c < 3; c++)
-                rgb[c] +=
-                    y * (re * at[3 * m + c] + (m ? im * at[c - 3 * m] : 0));
-            const double n = l + 1, m2 = (double)m * m;
-            const double next =
-                sqrt((4 * n * n - 1) / (n * n - m2)) *
-                (normal[2] * p -
-                 sqrt((l * (double)l - m2) / fmax(4.0 * l * l - 1, 1)) *
-                     before);
-            before = p;
-            p = next;
-        }
-        const double x = re, scale = sqrt((2 * m + 3) / (2 * m + 2.0));
-        re = scale * (normal[0] * x - normal[1] * im);
-        im = scale * (normal[0] * im + normal[1] * x);
-    }
+                rgb[c] += cosine * y[i] * sh[3 * i + c];
     for (int c = 0; c < 3; c++)
         rgb[c] = fmax(rgb[c], 0);
 }

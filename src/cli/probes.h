@@ -78,57 +78,9 @@ bool ibl_probes_defaults(ibl_json_at at, ibl_set_bake *bake);
 /* Replaces the set's settings by those of the command line. */
 void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
 
-/* ---- a set while it is baked ------------------------------------------- */
+/* ---- runs -------------------------------------------------------------- */
 
-/* The files of a set. */
-typedef enum ibl_probes_kind {
-    IBL_PROBES_SPECULAR,
-    IBL_PROBES_IRRADIANCE,
-    IBL_PROBES_LUT,
-    IBL_PROBES_INDEX,
-    IBL_PROBES_FILES
-} ibl_probes_kind;
-
-#define IBL_PROBES_SH_DEGREE 2
-
-typedef struct ibl_probes_bake {
-    const ibl_probes_opts *opts;
-    const char *input; /* SET.json */
-    ibl_console *console;
-    ibl_ctx *ctx;
-    ibl_outputs *outputs;
-    ibl_probe_set set;
-    ibl_specular_layout layout;
-    ibl_pixel lut_pixel;
-    char hash[IBL_FILE_HASH];            /* of all that the files depend on */
-    char *path[IBL_PROBES_FILES];        /* NULL: not wanted */
-    ibl_texture array[IBL_PROBES_INDEX]; /* filled layer by layer; the table */
-} ibl_probes_bake;
-
-/* Functions return false after a line on stderr. */
-
-/* Alpha of at least this counts as 1, since renderers round it. */
-#define IBL_CAPTURE_OPAQUE 0.999f
-
-/*
- * Bakes the capture of a layer. If it has faces whose edge is 2^k times the
- * specular cube's, level 0 is the faces (k = 0) or means of their texels.
- *   colour, alpha  empty; to be freed with ibl_bake_result_free. alpha, in
- *                  greys, stays empty unless the layer's alpha is read and some
- *                  is below IBL_CAPTURE_OPAQUE. Colours are multiplied by it
- * Alpha that is 0 everywhere is an error.
- */
-bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
-                      ibl_bake_result *colour, ibl_bake_result *alpha);
-
-/* Warns of probes whose walls, those of their proxies, get light from outside,
- * and says which influence would do. With --strict fails. */
-bool ibl_probes_check_walls(const ibl_probes_bake *p);
-
-/* The text of the index, which the caller must free. */
-char *ibl_probes_index_text(const ibl_probes_bake *p);
-
-/* --grid: writes the set of a grid. */
+/* --grid: writes the set of a grid. False after a line on stderr. */
 bool ibl_probes_grid(const ibl_probes_opts *opts, ibl_console *console,
                      ibl_ctx *ctx);
 /* Runs the command; returns the exit status. */

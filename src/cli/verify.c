@@ -309,10 +309,8 @@ static void scale(const ibl_cube *irradiance, float by)
 static bool read_files(verify *v)
 {
     const verify_opts *o = v->o;
-    const double most = (double)ibl_memory_most(&o->common);
     double need = IBL_PROGRAM_BYTES;
     unsigned found = o->rendered ? FOUND_SPLIT : 0;
-    bool ok = true;
 
     ibl_console_progress(v->console, "read", 0);
     if (ibl_set_open(v->ctx, o->directory, &o->set, &v->set))
@@ -320,14 +318,9 @@ static bool read_files(verify *v)
     for (int c = 0; c < IBL_CONTENTS; c++)
         need += 3.0 * sizeof(float) * (double)v->set.file[c].texture.bytes /
                 (double)ibl_pixel_bytes(v->set.file[c].texture.pixel);
-    if (most > 0 && need > most)
-        return ibl_console_fail(
-            v->console,
-            "%s: takes %.0f MiB of memory, more than the %.0f of "
-            "--max-memory: judge fewer files at once, by --specular and its "
-            "like",
-            o->directory ? o->directory : o->input, ceil(need / (1 << 20)),
-            floor(most / (1 << 20)));
+    bool ok = ibl_console_fits(
+        v->console, &o->common, o->directory ? o->directory : o->input, need,
+        "judge fewer files at once, by --specular and its like");
     for (int c = 0; c < IBL_CONTENTS && ok; c++) {
         ibl_set_file *f = &v->set.file[c];
         found |= f->path ? 1u << c : 0;

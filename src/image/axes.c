@@ -164,8 +164,8 @@ ibl_status ibl_cube_turn_axes(ibl_ctx *ctx, const ibl_cube *from, ibl_axes axes,
  * again. Gauss-Legendre in z and equal steps around it are exact for products
  * of two harmonics. */
 
-/* All Y_lm of ibl_bake_sh in a direction, by a recurrence in l. */
-static void harmonics_at(int degree, const double d[3], double *y)
+/* By a recurrence in l. */
+void ibl_sh_at(int degree, const double d[3], double *y)
 {
     double start = sqrt(0.25 / IBL_PI), re = 1, im = 0; /* (x + i y)^m */
     for (int m = 0; m <= degree; m++) {
@@ -194,8 +194,8 @@ static void add_point(int degree, ibl_axes axes, int back, const double d[3],
     const int count = (degree + 1) * (degree + 1);
     double other[3], value[3] = {0};
     ibl_axes_turn(axes, !back, d, other);
-    harmonics_at(degree, other, y);
-    harmonics_at(degree, d, y + count);
+    ibl_sh_at(degree, other, y);
+    ibl_sh_at(degree, d, y + count);
     for (int i = 0; i < count; i++)
         for (int c = 0; c < 3; c++)
             value[c] += from[3 * i + c] * y[i];

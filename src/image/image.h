@@ -14,4 +14,11 @@ ibl_status ibl_check_image(ibl_ctx *ctx, const ibl_image *img);
 ibl_status ibl_latlong_from_octahedral(ibl_ctx *ctx, const ibl_image *from,
                                        ibl_image *map);
 
+/* i around a circle of n. */
+static inline int ibl_wrap(int i, int n)
+{
+    i %= n;
+    return i < 0 ? i + n : i;
+}
+
 #endif

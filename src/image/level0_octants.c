@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/image.h"
 
 enum {
     MOST_KEPT = 2 << 20,        /* bytes of spans */
@@ -38,12 +39,6 @@ static double first_pixel(int k, int columns, double yaw_deg, int *column)
 
 /* ---- groups ----------------------------------------------------------- */
 
-static int wrap(int i, int n)
-{
-    i %= n;
-    return i < 0 ? i + n : i;
-}
-
 /* Sets the columns of the wedge's pixels in each lane, times scale. */
 static void set_columns(ibl_octant_group *g, int columns, double yaw_deg,
                         int scale)
@@ -54,7 +49,7 @@ static void set_columns(ibl_octant_group *g, int columns, double yaw_deg,
         first_pixel(k, columns, yaw_deg, &column);
         for (int i = 0; i < g->wedge.pixels; i++)
             g->column[i * IBL_OCTANTS + m] =
-                scale * wrap(k % 2 ? column - i : column + i, columns);
+                scale * ibl_wrap(k % 2 ? column - i : column + i, columns);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
+#include "image/image.h"
 
 enum {
     MIN_COLUMNS = 512 /* keeps strips short; ibl_cube_from_latlong documents it
@@ -15,12 +16,6 @@ enum {
 static int ceil_div(int a, int b)
 {
     return (a + b - 1) / b;
-}
-
-static int wrap(int i, int n)
-{
-    i %= n;
-    return i < 0 ? i + n : i;
 }
 
 /* Position of a fine row between the centres of two source rows, 0..1. *above:
@@ -68,7 +63,8 @@ static ibl_octant_tap column_tap(const ibl_upsample *f, int column)
     const double x = (column + 0.5) / f->scale_x - 0.5;
     const int left = (int)floor(x);
     return (ibl_octant_tap){
-        {3 * wrap(left, f->width), 3 * wrap(left + 1, f->width)}, x - left};
+        {3 * ibl_wrap(left, f->width), 3 * ibl_wrap(left + 1, f->width)},
+        x - left};
 }
 
 /* A quarter turn has n texels, and the middle one of a face is 2/n wide. */

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <zlib.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -152,18 +153,6 @@ static void look_through_tiff(file *f)
 
 /* ---- copies without what OpenImageIO does not understand ---------------- */
 
-static uint32_t crc_of(const unsigned char *p, size_t n)
-{
-    uint32_t crc = 0xffffffffu;
-
-    for (; n > 0; n--) {
-        crc ^= *p++;
-        for (int k = 0; k < 8; k++)
-            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
-    }
-    return ~crc;
-}
-
 /* The chunks that libpng needs for the picture, so that it prints no warnings,
  * and gAMA, which counts without sRGB or iCCP before it. */
 static size_t copy_png(file *f, unsigned char *dst)
@@ -178,7 +167,7 @@ static size_t copy_png(file *f, unsigned char *dst)
         const uint64_t whole = get(f, at, 4) + 12;
         const unsigned char *type = f->bytes + at + 4;
         const uint64_t crc = get(f, at + whole - 4, 4);
-        if (f->cut || crc != crc_of(type, (size_t)whole - 8)) {
+        if (f->cut || crc != crc32(0, type, (uInt)whole - 8)) {
             f->cut = true;
             break;
         }

@@ -194,8 +194,6 @@ json_t *ibl_sidecar_file(const ibl_sidecar_facts *f,
     return j;
 }
 
-/* ---- the whole --------------------------------------------------------- */
-
 const char *ibl_content_name(ibl_content content)
 {
     static const char *const names[] = {[IBL_CONTENT_SKYBOX] = "skybox",
@@ -290,11 +288,7 @@ static json_t *environment(const ibl_sidecar_facts *f)
     return j;
 }
 
-/* ---- what was made of it --------------------------------------------------
- */
-
-/* ---- the whole ------------------------------------------------------------
- */
+/* ---- the whole --------------------------------------------------------- */
 
 static ibl_status check_output(const ibl_sidecar_facts *f,
                                const ibl_sidecar_output *o)

@@ -72,19 +72,14 @@ ibl_status ibl_input_short(const ibl_input *in, const char *what)
                         in->size, what);
 }
 
-static size_t edge(int size, int level)
-{
-    return size >> level ? (size_t)(size >> level) : 1;
-}
-
 size_t ibl_texture_width(const ibl_texture *tex, int level)
 {
-    return edge(tex->width, level);
+    return (size_t)ibl_cube_edge(tex->width, level);
 }
 
 size_t ibl_texture_height(const ibl_texture *tex, int level)
 {
-    return edge(tex->height, level);
+    return (size_t)ibl_cube_edge(tex->height, level);
 }
 
 ibl_extent ibl_extent_of(const ibl_texture *tex)

@@ -22,32 +22,12 @@ enum {
 
 /* ---- harmonics ----------------------------------------------------------- */
 
-/* Normalised Legendre functions by their recurrences, without the
- * Condon-Shortley phase: sqrt((4 l^2 - 1) / (l^2 - m^2)). */
-static double step(int l, int m)
-{
-    return sqrt((4.0 * l * l - 1) / (l * l - m * m));
-}
-
 void view_harmonics_sum(const double *coefficients, int count, int channels,
                         const double d[3], double *sum)
 {
-    double y[VIEW_SH_COUNT], c = 1, s = 0, first = sqrt(1 / (4 * M_PI));
+    double y[VIEW_SH_COUNT];
 
-    for (int m = 0; m <= VIEW_SH_DEGREE; m++) {
-        double before = 0, p = first;
-        for (int l = m; l <= VIEW_SH_DEGREE; l++) {
-            y[l * (l + 1) - m] = M_SQRT2 * p * s;
-            y[l * (l + 1) + m] = (m ? M_SQRT2 : 1) * p * c;
-            const double next = step(l + 1, m) * (d[2] * p - before);
-            before = p / step(l + 1, m);
-            p = next;
-        }
-        const double turned = c * d[0] - s * d[1];
-        s = s * d[0] + c * d[1];
-        c = turned;
-        first *= sqrt((2 * m + 3) / (2 * m + 2.0));
-    }
+    ibl_sh_at(VIEW_SH_DEGREE, d, y);
     for (int k = 0; k < channels; k++) {
         sum[k] = 0;
         for (int i = 0; i < count; i++)

@@ -460,7 +460,7 @@ const char *view_control_why(const view_control *c, const view_settings *s,
                              bool probe_set, const view_options *o)
 {
     static char text[80];
-    const char *file = o->contact_sheet ? o->contact_sheet : o->offscreen;
+    const char *file = view_options_file(o);
     const struct {
         unsigned need;
         bool holds;

@@ -27,6 +27,12 @@ typedef struct view_options {
     ibl_given given;
 } view_options;
 
+/* The picture or sheet to write; NULL: a window opens. */
+static inline const char *view_options_file(const view_options *o)
+{
+    return o->contact_sheet ? o->contact_sheet : o->offscreen;
+}
+
 /* How the panel shows what ibl_option.parse reads. */
 typedef enum view_shape {
     VIEW_AS_OPTION, /* by ibl_option.kind */

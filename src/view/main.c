@@ -34,8 +34,8 @@ static bool run(const view_options *o)
         opts.progress = show_progress;
     if (ibl_ctx_create(&opts, &ctx))
         return false;
-    const bool picture = o->offscreen || o->contact_sheet;
-    const bool ok = picture ? view_still_run(ctx, o) : view_window_run(ctx, o);
+    const bool ok =
+        (view_options_file(o) ? view_still_run : view_window_run)(ctx, o);
     ibl_ctx_free(ctx);
     return ok;
 }

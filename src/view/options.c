@@ -21,7 +21,7 @@
 static bool check_pairs(const view_options *o)
 {
     const view_settings *s = &o->settings;
-    const char *file = o->contact_sheet ? o->contact_sheet : o->offscreen;
+    const char *file = view_options_file(o);
     const struct {
         bool wrong;
         const char *options, *why;
@@ -120,7 +120,7 @@ static bool validate(void *options)
     view_options *o = options;
     view_settings *s = &o->settings;
     const bool sheet = o->contact_sheet;
-    const char *file = sheet ? o->contact_sheet : o->offscreen;
+    const char *file = view_options_file(o);
 
     if (!o->size[0])
         memcpy(o->size, sheet ? tile : window, sizeof o->size);

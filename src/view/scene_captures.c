@@ -18,10 +18,10 @@ const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* minimum for the camera */
 
 static const double whole_room_far = 100; /* far plane of captures */
-/* Influence of the mirror's probe: of the whole room, and beside local probes,
- * where it comes before those that leave out moving objects, but not before a
- * set's. */
-static const ibl_volume whole_room = {.centre = {0, 2, 0}, .half = {6, 3, 6}};
+/* Influence of the mirror's probe: how far beyond the whole room, and beside
+ * local probes, where it comes before those that leave out moving objects, but
+ * not before a set's. */
+static const double beyond_room = 1;
 static const ibl_volume near_mirror = {.centre = {0, 0.9, 0},
                                        .half = {1.5, 1.8, 1.5}};
 static const double near_blend = 0.6;
@@ -118,10 +118,12 @@ static void use_probes(view_scene *st, bool others)
         .position = {mirror.centre[0], mirror.centre[1], mirror.centre[2]},
         .has_proxy = 1,
         .proxy = view_room_inside,
-        .influence = whole ? whole_room : near_mirror,
+        .influence = whole ? view_room_inside : near_mirror,
         .blend = whole ? 0 : near_blend,
         .priority = whole || st->set ? -1 : 1,
         .layer = st->probe.layer};
+    for (int k = 0; k < 3 && whole; k++)
+        st->probe.influence.half[k] += beyond_room;
     st->draw.dynamic = st->mirror;
     st->draw.locals = *all;
     if (!others)

@@ -191,7 +191,7 @@ static bool make_sheet(view_app *app)
 
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
-    const char *file = o->offscreen ? o->offscreen : o->contact_sheet;
+    const char *file = view_options_file(o);
     view_app app = {.ctx = ctx,
                     .options = o,
                     .side = {o->settings, o->other},
