@@ -284,7 +284,7 @@ test_depfile_characters() {
             has 'has .*, which make or ninja cannot read' err
         fi
     done
-    [ $sanitized = yes ] || is $'\377 !#$()+,-:@[\\]_{}~' "$held" 'names'
+    [ "$asked" != 0 ] || is $'\377 !#$()+,-:@[\\]_{}~' "$held" 'names'
     for c in ' ' ')' ':' '\'; do # not at the end
         ln env.exr "a$c"
         iblbake -q --only json -o o --name n --depfile d "a$c" 2>err && is 1 0 "a$c: status"

@@ -199,11 +199,17 @@ static bool bake_alpha(const ibl_probes_bake *p, const ibl_set_entry *e,
     greys grey = {ibl_source_alpha(source), width};
     const ibl_environment rows = {
         .width = width, .height = height, .read = read_greys, .cookie = &grey};
-    const ibl_read_report *report = ibl_source_report(source);
+    const size_t pixels = (size_t)width * (size_t)height;
+    float least = 1, most = 0;
 
-    if (report->alpha_least >= OPAQUE)
+    /* Of a cross only the faces: the report has all of the file. */
+    for (size_t i = 0; i < pixels && grey.alpha; i++) {
+        least = fminf(least, grey.alpha[i]);
+        most = fmaxf(most, grey.alpha[i]);
+    }
+    if (least >= OPAQUE)
         return true;
-    return report->alpha_most > 0
+    return most > 0
                ? bake(p, &rows, faces, made)
                : ibl_console_fail(
                      p->console,
