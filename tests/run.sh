@@ -4,7 +4,7 @@
 # first build the scripts; the sanitized ones run the scripts that bake, too. As
 # many run at once as there are processors; results are printed in a fixed
 # order. Repeats at the end what failed, and prints `N passed, N failed, N
-# skipped`. --quick leaves out slow tests, windows and installation.
+# skipped`. --quick leaves out slow tests, windows, faults and lint.
 set -u
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
@@ -54,7 +54,8 @@ scripts() {
         yes:*/check-install.sh | yes:*/check-readers.sh | \
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
             yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \
-            yes:*/check-arm64.sh) ;;
+            yes:*/check-arm64.sh | yes:*/check-faults.sh | \
+            yes:*/check-bench.sh | yes:*/check-lint.sh) ;;
         *:"$first":*/check-install.sh | *:"$first":*/check-clients.sh)
             long+=("$build: $script") ;;
         *asan:*/check-fuzz.sh | *san:*/check-cli.sh | \
