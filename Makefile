@@ -618,6 +618,18 @@ uninstall:
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" "$(DESTDIR)$(DATADIR)/iblbake" \
 	    2>/dev/null || true
 
+## page: the page that bakes in browsers, build/page: files for any web host
+THREE := three@0.187.0
+page: npm
+	@[ "$$(cat $(BUILD)/npm-page/fetched 2>/dev/null)" = $(THREE) ] || { \
+	    npm install --no-save --no-package-lock --no-audit --no-fund \
+	        --ignore-scripts --loglevel=error --prefix $(BUILD)/npm-page \
+	        $(THREE) && echo $(THREE) >$(BUILD)/npm-page/fetched; }
+	rm -rf $(BUILD)/npm-page/package
+	tar -C $(BUILD)/npm-page -xzf $(BUILD)/npm/iblbake-$(VERSION).tgz
+	node src/npm/page/build.mjs $(BUILD)/page \
+	    $(BUILD)/npm-page/node_modules $(BUILD)/npm-page/package
+
 # Of what is committed, so that the tarball is the same wherever it is made.
 DIST := iblbake-$(VERSION)
 ## dist: the tarball of a release, build/iblbake-VERSION.tar.gz
