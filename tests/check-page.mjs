@@ -128,7 +128,7 @@ await test('rotation and target are those of the command line', async () => {
     await page.waitForTimeout(400);
     await done(page);
     await page.check('[value=command]', {force: true});
-    const said = await page.innerText('#files');
+    const said = await page.innerText('#text');
     check(said === 'iblbake --rotate 40 --only specular,json forest.exr -o out',
         said);
 });
@@ -160,7 +160,7 @@ await test('pictures, as converters make them', async () => {
     check(new DataView(png.buffer, png.byteOffset).getUint32(16) === 256, 'wide');
 });
 await test('a model is shown', async () => {
-    await page.click('#knot');
+    await page.click('[id="knot.glb"]');
     await page.waitForTimeout(1000);
     await shot(page, 'model');
     await page.click('#balls');
@@ -170,7 +170,7 @@ await test('a damaged map is one line, and the page goes on', async () => {
     await page.waitForSelector('#said:visible');
     const said = await page.innerText('#said');
     check(/bad\.exr/.test(said) && !said.includes('\n'), said);
-    await page.click('[data-map="sky.exr"]');
+    await page.click('[id="sky.exr"]');
     await page.waitForFunction(() => document.querySelector('#said').hidden);
     await done(page);
 });
@@ -181,7 +181,7 @@ await test('without a network', async () => {
     await context.setOffline(true);
     await page.reload();
     await page.waitForSelector('body[data-ready]');
-    await page.click('[data-map="forest.exr"]');
+    await page.click('[id="forest.exr"]');
     await baked(page);
     await judged(page);
     await context.close();
@@ -192,7 +192,7 @@ await test('by keys alone, on a phone', async () => {
         for (let i = 0; i < 60; i++) {
             await page.keyboard.press(key);
             const at = await page.evaluate(() => [document.activeElement.id,
-                document.activeElement.name, document.activeElement.dataset.map]);
+                document.activeElement.name]);
             if (at.includes(until))
                 return page.evaluate(() => {
                     const e = document.activeElement;

@@ -4,196 +4,162 @@ import {zipSync} from './three/examples/jsm/libs/fflate.module.js';
 import {MATERIALS, MEASURED, ROUGHNESS, createView} from './view.js';
 
 const $ = id => document.getElementById(id);
-const form = $('form').elements, GRIDS = [48, 96], ERRORS = 0.25;
-const TARGETS = ['three', 'babylon', 'babylon-env', 'filament', 'bevy',
-    'playcanvas', 'gltf', 'cesium', 'unreal', 'unity', 'godot', 'none'];
-let map = null, made = null, sphere = {row: 0, column: 2}, view = null, judged;
-
-/* ---- what is said ---------------------------------------------------------- */
+const form = $('form').elements, GRIDS = [48, 96], WHITE = 0.25;
+/* The open map {name, bytes, half}, or texture; what was made of it; the chosen
+ * sphere. */
+let map = null, made = null, sphere = {row: 0, column: 2}, view = null;
 
 const bytesOf = n => n < 1e6 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` :
     `${(n / 1e6).toFixed(2)} MB`;
 const timeOf = ms => ms < 1000 ? `${ms.toFixed()} ms` :
     `${(ms / 1000).toFixed(2)} s`;
 const percent = x => `${(100 * x).toFixed(x < 0.0995 ? 2 : 1)} %`;
-function fail(what) {
-    $('said').textContent = String(what?.message ?? what).trim().split('\n').pop();
+function fail(e) {
+    if (e === STOPPED)
+        return;
+    $('said').textContent = String(e.message ?? e).trim().split('\n').pop();
     $('said').hidden = false;
 }
-async function trying(work) {
-    try {
-        return await work();
-    } catch (e) {
-        if (e !== STOPPED)
-            fail(e);
-    }
-}
 
-/* ---- workers: one question at a time, a new one ends it ------------------------ */
+/* ---- workers ------------------------------------------------------------------- */
 
+/* A worker with one question at a time: the next one ends it, and one that cannot
+ * listen meanwhile is replaced. */
 const STOPPED = Symbol('stopped');
 class Asked {
-    #worker = null;
-    #wait = null;
     #id = 0;
-    constructor(name, keep) {
-        Object.assign(this, {name, keep});
+    constructor(name, listens) {
+        Object.assign(this, {name, listens});
         this.#start();
     }
     #start() {
-        this.#worker?.terminate();
-        this.#worker = new Worker(this.name, {type: 'module'});
-        this.#worker.onmessage = ({data}) => {
-            if (data.id !== this.#id || !this.#wait)
-                return;
-            if ('progress' in data)
-                return this.#wait.tell?.(data.progress);
-            const {go, fail} = this.#wait;
-            this.#wait = null;
-            data.error ? fail(Error(data.error)) : go(data.result ?? data);
+        this.worker?.terminate();
+        this.worker = new Worker(this.name, {type: 'module'});
+        this.worker.onmessage = ({data}) => {
+            if (data.id === this.#id && 'progress' in data)
+                this.wait?.tell?.(data.progress);
+            else if (data.id === this.#id)
+                this.#end(data.error ? Error(data.error) : null, data);
         };
-        this.#worker.onerror = e => {
+        this.worker.onerror = e => {
             e.preventDefault();
-            this.#wait?.fail(Error(e.message || 'the worker ended: the browser ' +
-                'gives it no more memory'));
-            this.#wait = null;
+            this.#end(Error(e.message || 'the browser gave it no more memory'));
             this.#start();
         };
     }
+    #end(error, data) {
+        const {wait} = this;
+        this.wait = null;
+        error ? wait?.fail(error) : wait?.go(data);
+    }
     stop() {
-        if (!this.#wait)
-            return;
-        this.#wait.fail(STOPPED);
-        this.#wait = null;
-        if (!this.keep)
+        if (this.wait && !this.listens)
             this.#start();
+        this.#end(STOPPED);
     }
     ask(question, tell) {
         this.stop();
-        this.#worker.postMessage({...question, id: ++this.#id});
-        return new Promise((go, fail) => this.#wait = {go, fail, tell});
+        this.worker.postMessage({...question, id: ++this.#id});
+        return new Promise((go, fail) => this.wait = {go, fail, tell});
     }
 }
 const baker = new Asked('baker.js'), exact = new Asked('exact.js', true);
 
 async function run(call, {bytes, name}, options) {
-    $('progress').hidden = $('stop').hidden = false;
+    const start = performance.now(), {style} = $('progress');
     $('progress').value = 0;
-    const start = performance.now();
+    style.visibility = $('stop').style.visibility = 'visible';
     try {
-        const result = await baker.ask({call, bytes, options: {...options, name}},
-            x => $('progress').value = x);
+        const {result} = await baker.ask({call, bytes, options: {...options,
+            name}}, part => $('progress').value = part);
         return {...result, time: performance.now() - start};
     } finally {
-        $('progress').hidden = $('stop').hidden = true;
+        style.visibility = $('stop').style.visibility = 'hidden';
     }
 }
 
-/* ---- options and their command line -------------------------------------------- */
+/* ---- options, and their command line --------------------------------------------- */
 
 const dashed = key => '--' + key.replace(/[A-Z]/g, c => '-' + c.toLowerCase());
-const camel = word => word.replace(/^-+/, '').replace(/-./g,
-    c => c[1].toUpperCase());
-/* Words of a command line as options. */
-function more(text) {
-    const out = {};
+function options() {
+    const of = Object.fromEntries(new FormData($('form'))), out = {};
+    const engine = of.kind === 'engine', levels = of.what === 'levels';
+    if (engine)
+        Object.assign(out, {target: of.target, size: of.size, pixel: of.pixel,
+                            format: of.format});
+    else if (!map.texture)
+        Object.assign(out, levels ? {only: 'specular,irradiance', size: of.size} :
+            {only: 'skybox', skybox: of.size || 512});
+    if (!engine)
+        Object.assign(out, {format: of.picture, layout: of.layout},
+                      of.picture === 'png' && {tone: of.tone});
+    if (!map.texture)
+        Object.assign(out, {rotate: +of.rotation, exposure: +of.exposure});
+    for (const key in out)
+        out[key] || delete out[key];
+    // More, as the words of a command line.
     let key;
-    for (const word of text.match(/"[^"]*"|\S+/g) ?? [])
-        if (/^--?[a-z]/i.test(word)) {
-            const [name, value] = word.split(/=(.*)/);
-            out[key = camel(name)] = value ?? true;
+    for (const [word] of of.more.matchAll(/"[^"]*"|\S+/g))
+        if (/^-+[a-z]/i.test(word)) {
+            const [name, value] = word.replace(/^-+/, '').split(/=(.*)/);
+            key = name.replace(/-./g, c => c[1].toUpperCase());
+            out[key] = value ?? true;
         } else if (key)
             out[key] = word.replace(/"/g, '');
         else
             throw Error(`More options: ${word} follows no option`);
     return out;
 }
-function options() {
-    const {value: kind} = form.kind, size = form.size.value, out = {};
-    if (kind === 'pictures') {
-        const levels = form.what.value === 'levels' || map.texture;
-        if (!map.texture)
-            Object.assign(out, levels ? {only: 'specular,irradiance'} :
-                {only: 'skybox', skybox: +size || map.edge || 512});
-        if (levels && size && !map.texture)
-            out.size = +size;
-        Object.assign(out, {format: form.picture.value,
-                            layout: form.layout.value});
-        if (out.format === 'png')
-            out.tone = form.tone.value;
-    } else {
-        if (form.target.value !== 'none')
-            out.target = form.target.value;
-        if (size)
-            out.size = +size;
-        for (const key of ['pixel', 'format'])
-            if (form[key].value)
-                out[key] = form[key].value;
-    }
-    if (!map.texture && +form.rotation.value)
-        out.rotate = +form.rotation.value;
-    if (!map.texture && +form.exposure.value)
-        out.exposure = +form.exposure.value;
-    return {...out, ...more(form.more.value)};
+function command(chosen) {
+    const quoted = word => /^[\w.,:+-]+$/.test(word) ? word :
+        `'${word.replace(/'/g, "'\\''")}'`;
+    return ['iblbake', ...map.texture ? ['convert'] : [],
+        ...Object.entries(chosen).flatMap(([key, value]) => value === true ?
+            [dashed(key)] : [dashed(key), quoted(String(value))]),
+        quoted(map.name), ...map.texture ? ['out.' + chosen.format] :
+            ['-o', 'out']].join(' ');
 }
-const quoted = word => /[^\w.,:+-]/.test(word) ?
-    `'${word.replace(/'/g, "'\\''")}'` : word;
-const command = chosen => ['iblbake', ...map.texture ? ['convert'] : [],
-    ...Object.entries(chosen).flatMap(([key, value]) => value === true ?
-        [dashed(key)] : [dashed(key), quoted(String(value))]),
-    quoted(map.name), ...map.texture ? ['out.' + chosen.format] :
-        ['-o', 'out']].join(' ');
 
 /* ---- a map, its picture and its files -------------------------------------------- */
 
-const TEXTURES = /\.(ktx2|ktx|dds|env)$/i;
 async function open(file) {
-    const start = performance.now();
+    const start = performance.now(), {name} = file;
+    const next = {name, texture: /\.(ktx2|ktx|dds|env)$/i.test(name)};
     $('said').hidden = true;
-    const bytes = await file.arrayBuffer();
-    const next = {name: file.name, bytes, texture: TEXTURES.test(file.name)};
-    const before = map;
-    await trying(async () => {
-        if (next.texture) {
-            map = next;
+    try {
+        next.bytes = await file.arrayBuffer();
+        if (next.texture)
             form.kind.value = 'pictures';
-        } else {
+        else {
             const {files, time} = await run('bake', next, {only: 'specular',
                 mapping: 'filament', size: 384, levels: 5, mirror: 'x'});
-            map = next;
-            next.half = Object.values(files)[0];
-            await picture(next.half, true, {});
-            $('empty').hidden = true;
+            [next.half] = Object.values(files);
+            await view?.show(next.half, true, {});
             performance.measure('picture', {start});
             $('shown').textContent = `half floats, ${timeOf(time)}`;
-            $('status').textContent =
-                `Picture ${timeOf(performance.now() - start)} after the drop.`;
+            $('empty').hidden = true;
         }
+        map = next;
         made = null;
-        $('choices').tBodies[0].replaceChildren();
         $('choices').hidden = true;
-        if (!next.texture)
+        $('choices').tBodies[0].replaceChildren();
+        kinds();
+        if (view && !next.texture)
             compare(next);
         await make();
-    });
-    if (!map)
-        map = before;
-}
-async function picture(bytes, half, baked) {
-    await view?.show(bytes, half, baked);
+    } catch (e) {
+        fail(e);
+    }
 }
 /* Beside three.js itself, and the truth. */
-async function compare(next) {
-    $('own').textContent = '';
-    await view?.prefilter(null);
+async function compare(of) {
+    $('own').textContent = $('how').textContent = '';
+    view.prefilter(null);
     try {
-        const {w, h, half} = await exact.ask({bytes: next.bytes});
-        next.edge = 2 ** Math.round(Math.log2(w / 4));
-        next.exact = true;
-        if (map !== next || !view)
-            return;
-        const took = await view.prefilter({w, h, half});
+        const read = await exact.ask({bytes: of.bytes});
+        const took = map === of && await view.prefilter(read);
         $('own').textContent = `in ${timeOf(took)}, each time a page loads`;
+        of.exact = true;
         judge();
     } catch (e) {
         if (e !== STOPPED)
@@ -204,43 +170,38 @@ async function compare(next) {
 let later;
 function soon(wait = 250) {
     clearTimeout(later);
-    later = setTimeout(() => map && trying(make), wait);
+    later = map && setTimeout(() => make().catch(fail), wait);
 }
 async function make() {
     clearTimeout(later);
-    $('said').hidden = true;
-    $('download').disabled = true;
-    const of = map, chosen = options();
+    $('said').hidden = $('download').disabled = true;
+    const of = map, chosen = options(), {target} = chosen;
     const done = await run(of.texture ? 'convert' : 'bake', of,
-        {...chosen, ...chosen.target && {explain: true}, quiet: true});
-    const bytes = Object.values(done.files).reduce((n, f) => n + f.length, 0);
+        {...chosen, ...target && {explain: true}, quiet: true});
     // The program, and what there is to say.
     const lines = done.log.split('\n'), said = /^iblbake: /;
-    made = {...done, chosen, bytes,
-        code: chosen.target ? lines.filter(l => !said.test(l)).join('\n').trim() :
-            'No target: the files are for a program of your own.'};
-    $('warning').textContent = lines.filter(l => said.test(l)).join('\n');
+    const bytes = Object.values(done.files).reduce((n, f) => n + f.length, 0);
+    made = {...done, chosen, bytes, code: !target ? 'No target: no program.' :
+        lines.filter(line => !said.test(line)).join('\n').trim()};
+    $('warning').textContent = lines.filter(line => said.test(line)).join('\n');
     $('status').textContent = `${bytesOf(bytes)} in ${timeOf(done.time)}`;
     $('download').disabled = false;
-    made.row = choice(made);
-    const cube = Object.keys(done.files).find(n => /_specular\.ktx2$/.test(n));
-    const three = chosen.target === 'three' && cube && !chosen.sun &&
-        !chosen.lights;
-    if (view && (three || of.baked) && !of.texture) {
-        of.baked = three;
-        await picture(three ? done.files[cube] : of.half, !three,
-                      three ? chosen : {});
-        $('shown').textContent = three ? `${bytesOf(bytes)}, as three.js loads it` :
-            'half floats';
-        judge();
-    }
+    choice(made);
     tell();
+    const cube = target === 'three' && !chosen.sun && !chosen.lights &&
+        Object.keys(done.files).find(name => /_specular\.ktx2$/.test(name));
+    if (!view || of.texture || !cube && !of.loaded)
+        return;
+    of.loaded = cube;
+    await view.show(cube ? done.files[cube] : of.half, !cube, cube ? chosen : {});
+    $('shown').textContent = cube ? `${bytesOf(bytes)}, as three.js loads it` :
+        'half floats';
+    judge();
 }
 function tell() {
     const {value} = document.querySelector('[name=tab]:checked');
-    $('files').classList.toggle('wrap', value === 'command');
-    $('copy').hidden = value === 'files' || !made;
-    $('files').textContent = !made ? '' : value === 'code' ? made.code :
+    $('text').classList.toggle('wrap', value === 'command');
+    $('text').textContent = !made ? '' : value === 'code' ? made.code :
         value === 'command' ? command(made.chosen) :
         Object.entries(made.files).map(([name, f]) =>
             `${bytesOf(f.length).padStart(8)}  ${name}`).join('\n');
@@ -249,231 +210,196 @@ function tell() {
 function choice({chosen, bytes, time}) {
     const name = Object.entries(chosen).map(([key, value]) => /target|format/
         .test(key) ? value : `${key} ${value}`).join(', ') || 'textures';
-    const body = $('choices').tBodies[0];
+    const state = new FormData($('form')), [body] = $('choices').tBodies;
     [...body.rows].find(row => row.cells[0].textContent === name)?.remove();
-    const row = body.insertRow(0), button = document.createElement('button');
-    const state = [...new FormData($('form'))];
+    const row = made.row = body.insertRow(0);
+    const button = document.createElement('button');
     button.textContent = name;
     button.onclick = () => {
-        state.forEach(([key, value]) => form[key].value = value);
-        look();
+        state.forEach((value, key) => form[key].value = value);
         kinds();
+        look();
         soon(0);
     };
     row.insertCell().append(button);
-    [bytesOf(bytes), timeOf(time), ''].forEach(t =>
-        row.insertCell().textContent = t);
+    for (const text of [bytesOf(bytes), timeOf(time), ''])
+        row.insertCell().textContent = text;
     $('choices').hidden = false;
-    return row;
+}
+function download() {
+    const text = string => new TextEncoder().encode(string + '\n');
+    const zip = zipSync({...made.files, 'code.txt': text(made.code),
+        'command.txt': text(command(made.chosen))}, {level: 0});
+    const a = document.createElement('a');
+    a.href = URL.createObjectURL(new Blob([zip], {type: 'application/zip'}));
+    a.download = map.name.replace(/\.[^.]*$/, '') + '.zip';
+    a.click();
+    setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 }
 
-/* ---- the chosen sphere --------------------------------------------------------- */
+/* ---- the chosen sphere ----------------------------------------------------------- */
 
-const figures = ['iblbake', 'exact', 'three.js', 'iblbake off', 'three.js off']
-    .map(name => {
-        const figure = document.createElement('figure');
-        const canvas = document.createElement('canvas');
-        figure.append(canvas, name);
-        $('pictures').append(figure);
-        return canvas;
-    });
+const [ours, truth, theirs, ourError, theirError] = ['iblbake', 'exact',
+    'three.js', 'iblbake off', 'three.js off'].map(name => {
+    const figure = document.createElement('figure');
+    figure.append(document.createElement('canvas'), name);
+    $('pictures').append(figure);
+    return figure.firstChild;
+});
 /* Khronos' neutral curve, as three.js has it, then sRGB. */
 function tone(rgb) {
     const low = Math.min(...rgb), off = low < 0.08 ? low - 6.25 * low * low : 0.04;
-    const c = rgb.map(x => x - off), peak = Math.max(...c), d = 0.24;
-    const most = peak < 0.76 ? peak : 1 - d * d / (peak + d - 0.76);
-    const grey = peak < 0.76 ? 0 : 1 - 1 / (0.15 * (peak - most) + 1);
-    return c.map(x => x * most / (peak || 1)).map(x => x + (most - x) * grey)
-        .map(x => 255 * (x < 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) -
-            0.055));
+    const c = rgb.map(x => x - off), peak = Math.max(...c, 1e-9), bright = peak > 0.76;
+    const most = bright ? 1 - 0.0576 / (peak - 0.52) : peak;
+    const grey = bright ? 1 - 1 / (0.15 * (peak - most) + 1) : 0;
+    return c.map(x => x * most / peak).map(x => x + (most - x) * grey)
+        .map(x => 255 * (x < 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
 }
-const heat = x => [0, 1, 2].map(c => 255 * Math.min(1, Math.max(0,
-    [2.2, 1.55, 0.75][c] * x - [0, 0.25, 0.4][c] + (x > 0.8 ? 5 * x - 4 : 0))));
-function paint(canvas, n, colour, mark) {
+const heat = x => [2.2 * x, 1.55 * x - 0.25, 4 * x - 3].map(y => 255 * y);
+function paint(canvas, n, colour, mark = -1) {
+    const to = canvas.getContext('2d'), image = new ImageData(n, n);
     canvas.width = canvas.height = n;
-    const to = canvas.getContext('2d'), image = to.createImageData(n, n);
-    for (let i = 0; i < n * n; i++) {
-        const rgb = colour(i);
-        rgb.every(x => x === x) && image.data.set([...rgb, 255], 4 * i);
-    }
+    for (let i = 0; i < n * n; i++)
+        image.data.set([...colour(i), 255], 4 * i);
     to.putImageData(image, 0, 0);
-    if (mark === undefined)
-        return;
     to.strokeStyle = '#fff';
-    to.beginPath();
     to.arc(mark % n + 0.5, Math.floor(mark / n) + 0.5, n / 16, 0, 7);
-    to.stroke();
+    mark >= 0 && to.stroke();
 }
-async function judge() {
-    if (!view || !map?.exact)
-        return;
-    const of = map, {row, column} = sphere, roughness = ROUGHNESS[column];
-    const drawn = view.measure(sphere), kept = made?.row;
-    const turn = +form.rotation.value * Math.PI / 180;
-    for (const n of GRIDS) {
-        const asked = performance.now();
-        const got = await exact.ask({n, pixel: 2 / MEASURED, turn,
-            sphere: {...MATERIALS[row], roughness}}).catch(() => null);
-        if (!got?.light || map !== of)
-            return;
-        const off = drawn.map(pixels => pixels && measure(got.light, pixels, n));
-        off.forEach((o, k) => {
-            $(`rms${k}`).textContent = o ? percent(o.rms) : '–';
-            $(`worst${k}`).textContent = o ? percent(o.worst) : '–';
-        });
-        const ev = 2 ** form.exposure.value, at = (p, i, s) =>
-            tone([0, 1, 2].map(c => ev * p[s(i) + c]));
-        paint(figures[1], n, i => at(got.light, i, k => 3 * k));
-        off.forEach((o, k) => o && [paint(figures[2 * k], n, i =>
-            got.light[3 * i] >= 0 ? at(drawn[k], i, o.place) : [NaN]),
-            paint(figures[3 + k], n, i => heat(o.map[i] / ERRORS), o.where)]);
-        $('how').textContent = `${MATERIALS[row].name} of roughness ${roughness}: ` +
-            `the sum over all pixels of the map, exact to ${percent(got.exact)}, ` +
-            `in ${timeOf(performance.now() - asked)}; errors as parts of its root ` +
-            `mean square, white from ${100 * ERRORS} %, the worst in a ring.`;
-        if (kept && off[0] && of.baked)
-            kept.cells[3].textContent = percent(off[0].rms);
-        judged = {sphere: {row, column}, off: off.map(o => o && [o.rms, o.worst]),
-            exact: got.exact, n};
-        document.body.dataset.judged = JSON.stringify(judged);
-    }
-}
-/* Errors of a picture: of each place, all, and the worst. The rim, which a pixel
- * cuts, does not count. */
-function measure(light, pixels, n) {
-    const half = MEASURED / n, map = new Float32Array(n * n).fill(NaN);
-    const place = i => 4 * ((MEASURED - 1 - Math.floor((Math.floor(i / n) + 0.5) *
-        half)) * MEASURED + Math.floor((i % n + 0.5) * half));
+/* Errors of a picture: of each place, of all, and the worst, as parts of the root
+ * mean square. The rim, which pixels cut, does not count. */
+function errors(light, pixels, n) {
+    const map = new Float32Array(n * n), half = MEASURED / n;
     let sum = 0, all = 0, count = 0, where = 0;
+    const seen = i => 4 * (Math.floor((i % n + 0.5) * half) + MEASURED *
+        (MEASURED - 1 - Math.floor((Math.floor(i / n) + 0.5) * half)));
     for (let i = 0; i < n * n; i++) {
-        const x = (i % n + 0.5) / n * 2 - 1, y = (i / n | 0) / n * 2 - 1 + 1 / n;
-        if (!(light[3 * i] >= 0) || x * x + y * y > 0.96)
+        const middle = x => (2 * x + 1) / n - 1;
+        if (middle(i % n) ** 2 + middle(Math.floor(i / n)) ** 2 > 0.96)
             continue;
-        let off = 0;
         for (let c = 0; c < 3; c++) {
-            const want = light[3 * i + c];
-            off += (pixels[place(i) + c] - want) ** 2;
-            all += want * want;
+            map[i] += (pixels[seen(i) + c] - light[3 * i + c]) ** 2;
+            all += light[3 * i + c] ** 2;
         }
-        map[i] = Math.sqrt(off);
-        sum += off;
+        sum += map[i];
         count++;
-        if (!(map[where] >= map[i]))
-            where = i;
+        where = map[i] > map[where] ? i : where;
     }
-    const rms = Math.sqrt(all / count);
-    map.forEach((x, i) => map[i] = x / rms);
-    return {rms: Math.sqrt(sum / all), worst: map[where], where, map, place};
+    map.forEach((x, i) => map[i] = Math.sqrt(x * count / all));
+    return {rms: Math.sqrt(sum / all), worst: map[where], where, map, seen};
+}
+/* Coarsely first. */
+async function judge() {
+    if (!map?.exact)
+        return;
+    const of = map, {row, column} = sphere, {row: line} = made ?? {};
+    const drawn = view.measure(sphere), bright = 2 ** form.exposure.value;
+    const turn = form.rotation.value * Math.PI / 180;
+    for (const n of GRIDS) {
+        const start = performance.now(), got = await exact.ask({n, turn,
+            pixel: 2 / MEASURED, sphere: {...MATERIALS[row],
+            roughness: ROUGHNESS[column]}}).catch(() => null);
+        if (!got || map !== of)
+            return;
+        const picture = (from, at) => i => tone([0, 1, 2].map(c =>
+            bright * from[at(i) + c]));
+        paint(truth, n, picture(got.light, i => 3 * i));
+        const off = drawn.map((pixels, k) => {
+            const e = errors(got.light, pixels, n);
+            paint([ours, theirs][k], n, picture(pixels, e.seen));
+            paint([ourError, theirError][k], n, i => heat(e.map[i] / WHITE), e.where);
+            $(`rms${k}`).textContent = percent(e.rms);
+            $(`worst${k}`).textContent = percent(e.worst);
+            return [e.rms, e.worst];
+        });
+        $('how').textContent = `${MATERIALS[row].name} of roughness ` +
+            `${ROUGHNESS[column]}: the sum over all pixels of the map, exact to ` +
+            `${percent(got.exact)}, in ${timeOf(performance.now() - start)}; ` +
+            'errors as parts of its root mean square, bright from ' +
+            `${100 * WHITE} %, the worst in a ring.`;
+        if (line && of.loaded)
+            line.cells[3].textContent = percent(off[0][0]);
+        document.body.dataset.judged =
+            JSON.stringify({row, column, off, exact: got.exact, n});
+    }
 }
 
-/* ---- controls ------------------------------------------------------------------ */
+/* ---- controls -------------------------------------------------------------------- */
 
-function fill(select, rows) {
-    select.replaceChildren(...rows.map(row => new Option(...[row].flat())));
-}
-fill(form.target, TARGETS.map(t => [t === 'none' ? 'no engine: textures' : t, t]));
-fill(form.size, [['as usual', ''], 64, 128, 256, 384, 512, 1024, 2048]);
-fill(form.pixel, [['as the target has', ''], 'rgba16f', 'rgba32f', 'rgb9e5',
+const fill = (name, rows) => form[name].append(...rows.map(row =>
+    new Option(...[row].flat())));
+fill('target', ['three', 'babylon', 'babylon-env', 'filament', 'bevy', 'playcanvas',
+    'gltf', 'cesium', 'unreal', 'unity', 'godot', ['no engine: textures', '']]);
+fill('size', [['as usual', ''], 64, 128, 256, 384, 512, 1024, 2048]);
+fill('pixel', [['as the target has', ''], 'rgba16f', 'rgba32f', 'rgb9e5',
     'r11g11b10f', 'bc6h', 'uastc-hdr', 'astc4x4hdr']);
-fill(form.format, [['as the target has', ''], 'ktx2', 'ktx', 'dds', 'dds-legacy',
-    'env', 'gltf', 'playcanvas']);
-function radios(at, name, labels) {
-    $(at).append(...labels.map((text, i) => {
-        const label = document.createElement('label');
-        const input = Object.assign(document.createElement('input'),
-            {type: 'radio', name, value: i});
-        const span = Object.assign(document.createElement('span'),
-            {textContent: text});
-        label.append(input, span);
-        return label;
-    }));
-}
-radios('materials', 'row', MATERIALS.map(m => m.name));
-radios('roughness', 'column', ROUGHNESS);
+fill('format', [['as the target has', ''], 'ktx2', 'ktx', 'dds', 'dds-legacy', 'env',
+    'gltf', 'playcanvas']);
+const radios = (name, labels) => $(name).innerHTML = labels.map((text, i) => '<label>' +
+    `<input type="radio" name="${name}" value="${i}"><span>${text}</span></label>`)
+    .join('');
+radios('row', MATERIALS.map(m => m.name));
+radios('column', ROUGHNESS);
 function pick(which) {
     sphere = {row: +which.row, column: +which.column};
-    for (const [key, value] of Object.entries(sphere))
-        $('sphere').elements[key].value = value;
+    for (const key in sphere)
+        $('sphere').elements[key].value = sphere[key];
     judge();
 }
-$('sphere').onchange = () =>
-    pick(Object.fromEntries(new FormData($('sphere'))));
-const kinds = () => document.querySelectorAll('[data-kind]').forEach(label =>
-    label.hidden = label.dataset.kind !== form.kind.value);
+function kinds() {
+    for (const label of document.querySelectorAll('[data-kind]'))
+        label.hidden = label.dataset.kind !== form.kind.value;
+}
 function look() {
     const [exposure, rotation] = [+form.exposure.value, +form.rotation.value];
     $('ev').textContent = `${exposure} EV`;
     $('deg').textContent = `${rotation}°`;
     view?.set({exposure, rotation, background: form.background.value});
 }
+function settle(e) {
+    kinds();
+    judge();
+    e?.target.name === 'background' || soon();
+}
 function turned(degrees, end) {
     form.rotation.value = Math.round(degrees);
     look();
     end && settle();
 }
-function settle() {
-    judge();
-    soon();
-}
+$('sphere').onchange = () => pick(Object.fromEntries(new FormData($('sphere'))));
 $('form').oninput = look;
-$('form').onchange = e => {
-    kinds();
-    e.target.name === 'background' ? 0 : settle();
-};
+$('form').onchange = settle;
 $('form').onsubmit = e => e.preventDefault();
 $('tabs').onchange = tell;
 $('stop').onclick = () => baker.stop();
-$('copy').onclick = () => navigator.clipboard.writeText($('files').textContent)
-    .catch(fail);
-$('download').onclick = () => {
-    const {files, code, chosen} = made, base = map.name.replace(/\.[^.]*$/, '');
-    const text = string => new TextEncoder().encode(string + '\n');
-    const zip = zipSync({...files, 'command.txt': text(command(chosen)),
-        'code.txt': text(code)}, {level: 0});
-    const a = Object.assign(document.createElement('a'), {
-        href: URL.createObjectURL(new Blob([zip], {type: 'application/zip'})),
-        download: base + '.zip'});
-    a.click();
-    setTimeout(() => URL.revokeObjectURL(a.href), 10000);
-};
+$('download').onclick = download;
+$('copy').onclick = () =>
+    navigator.clipboard.writeText($('text').textContent).catch(fail);
 
 /* Models are shown, everything else is a map. */
 async function take(files) {
     const list = [...files];
-    if (list.some(f => /\.gl(b|tf)$/i.test(f.name)))
-        await trying(async () => {
-            await view?.model(list);
-            if (!map)
-                await sample('forest.exr');
-        });
-    else if (list.length)
-        await open(list[0]);
+    if (!list.some(f => /\.gl(b|tf)$/i.test(f.name)))
+        return list.length && open(list[0]);
+    await view?.model(list).catch(fail);
+    map ?? $('forest.exr').click();
 }
-const fetched = async name =>
-    new File([await (await fetch('data/' + name)).blob()], name);
-const sample = async name => open(await fetched(name));
-$('open').onclick = $('model').onclick = e => {
-    $('file').accept = e.target.id === 'open' ?
-        '.hdr,.exr,.pic,.png,.ktx2,.ktx,.dds,.env' : '.glb,.gltf,.bin,image/*';
+const sample = async e => take([new File([await (await fetch('data/' +
+    e.target.id)).blob()], e.target.id)]);
+for (const name of ['forest.exr', 'sky.exr', 'knot.glb'])
+    $(name).onclick = e => sample(e).catch(fail);
+$('balls').onclick = () => view?.model(null);
+$('open').onclick = $('model').onclick = () => {
     $('file').value = '';
     $('file').click();
 };
 $('file').onchange = () => take($('file').files);
-$('knot').onclick = async () => take([await fetched('knot.glb')]);
-$('balls').onclick = () => view?.model(null);
-for (const button of document.querySelectorAll('[data-map]'))
-    button.onclick = () => trying(() => sample(button.dataset.map));
-addEventListener('dragover', e => {
-    e.preventDefault();
-    document.body.classList.add('over');
-});
-addEventListener('dragleave', e => e.relatedTarget ||
-    document.body.classList.remove('over'));
-addEventListener('drop', e => {
-    e.preventDefault();
-    document.body.classList.remove('over');
-    take(e.dataTransfer.files);
-});
+for (const kind of ['dragover', 'dragleave', 'drop'])
+    addEventListener(kind, e => {
+        e.preventDefault();
+        document.body.classList.toggle('over', kind === 'dragover');
+        kind === 'drop' && take(e.dataTransfer.files);
+    });
 
 try {
     view = createView($('view'), pick, turned);
@@ -481,8 +407,8 @@ try {
     fail('This browser draws no WebGL 2: maps are baked and packed all the same, ' +
         'without pictures.');
 }
-kinds();
 look();
+settle();
 pick(sphere);
 navigator.serviceWorker?.register('sw.js').catch(() => {});
 await view?.warm();
