@@ -81,19 +81,19 @@ async function run(call, {bytes, name}, options) {
 /* ---- options, and their command line --------------------------------------------- */
 
 const dashed = key => '--' + key.replace(/[A-Z]/g, c => '-' + c.toLowerCase());
-function options() {
+function options({texture}) {
     const of = Object.fromEntries(new FormData($('form'))), out = {};
     const engine = of.kind === 'engine', levels = of.what === 'levels';
     if (engine)
         Object.assign(out, {target: of.target, size: of.size, pixel: of.pixel,
                             format: of.format});
-    else if (!map.texture)
+    else if (!texture)
         Object.assign(out, levels ? {only: 'specular,irradiance', size: of.size} :
             {only: 'skybox', skybox: of.size || 512});
     if (!engine)
         Object.assign(out, {format: of.picture, layout: of.layout},
                       of.picture === 'png' && {tone: of.tone});
-    if (!map.texture)
+    if (!texture)
         Object.assign(out, {rotate: +of.rotation, exposure: +of.exposure});
     for (const key in out)
         out[key] || delete out[key];
@@ -122,6 +122,8 @@ function command(chosen) {
 
 /* ---- a map, its picture and its files -------------------------------------------- */
 
+const READING = ['layer', 'part', 'anyAspect', 'inputLayout', 'faceOrder',
+    'inputTransfer', 'primaries', 'clamp'];
 async function open(file) {
     const start = performance.now(), {name} = file;
     const next = {name, texture: /\.(ktx2|ktx|dds|env)$/i.test(name)};
@@ -131,13 +133,16 @@ async function open(file) {
         if (next.texture)
             form.kind.value = 'pictures';
         else {
+            const given = Object.entries(options(next)).filter(([key]) =>
+                READING.includes(key));
             const {files, time} = await run('bake', next, {only: 'specular',
-                mapping: 'filament', size: 384, levels: 5, mirror: 'x'});
+                mapping: 'filament', size: 384, levels: 5, mirror: 'x',
+                ...Object.fromEntries(given)});
             [next.half] = Object.values(files);
             await view?.show(next.half, true, {});
             performance.measure('picture', {start});
             $('shown').textContent = `half floats, ${timeOf(time)}`;
-            $('empty').hidden = true;
+            $('empty').hidden = !!view;
         }
         map = next;
         made = null;
@@ -175,7 +180,7 @@ function soon(wait = 250) {
 async function make() {
     clearTimeout(later);
     $('said').hidden = $('download').disabled = true;
-    const of = map, chosen = options(), {target} = chosen;
+    const of = map, chosen = options(of), {target} = chosen;
     const done = await run(of.texture ? 'convert' : 'bake', of,
         {...chosen, ...target && {explain: true}, quiet: true});
     // The program, and what there is to say.

@@ -63,6 +63,7 @@ export function createView(canvas, picked, turned) {
     const camera = new THREE.PerspectiveCamera(24, 1, 0.1, 100);
     const orbit = new OrbitControls(camera, canvas);
     orbit.enabled = orbit.enablePan = false;
+    orbit.listenToKeyEvents(canvas);
     orbit.addEventListener('change', draw);
     const round = new THREE.SphereGeometry(1, 96, 64);
     const far = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
