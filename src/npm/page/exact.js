@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /*
  * A worker with the truth: {bytes} reads a map, by the readers of three.js, and
- * gives its half floats; {job} sums the light that a sphere reflects, over all
+ * gives its half floats; {sphere} sums the light that it reflects, over all
  * pixels of the map.
  *
  * The sum is over a tree of means: a patch of the sky is split until it is small
@@ -14,9 +14,9 @@ import {DataUtils, FloatType} from './three/build/three.core.js';
 import {EXRLoader} from './three/examples/jsm/loaders/EXRLoader.js';
 import {HDRLoader} from './three/examples/jsm/loaders/HDRLoader.js';
 
-const MOST = 4096 * 2048, SPLIT = 0.125, WIDEST = 0.2, RIM = 0.05;
+const MOST = 4096 * 2048, SPLIT = 0.125, WIDEST = 0.2, FINEST = -5, RIM = 0.05;
 const turns = new MessageChannel();
-let map, latest;
+let levels, latest;
 
 function read(bytes) {
     const exr = new DataView(bytes).getUint32(0, true) === 20000630;
@@ -36,141 +36,111 @@ function read(bytes) {
                 light[3 * to + c] = l;
                 half[4 * to + c] = DataUtils.toHalfFloat(Math.min(l, 65504));
             }
-    return {w, h, half, levels: tree(w, h, light)};
+    levels = [{w, h, light}];
+    while (levels.at(-1).h > 8)
+        levels.push(coarser(levels.length - 1));
+    return {w, h, half};
 }
 
-/* Level 0 has the pixels, others patches of 2x2 of those before: seven numbers,
- * where the light is, area, radiance. */
-function tree(w, h, light) {
-    const angle = (n, i) => Math.PI * (i + 0.5) / n;
-    const levels = [{w, h, size: Math.PI / h, light,
-        phi: Float64Array.from({length: w}, (_, i) => 2 * angle(w, i) - Math.PI),
-        theta: Float64Array.from({length: h}, (_, i) => angle(h, i))}];
-    while (levels.at(-1).h > 8) {
-        const fine = levels.at(-1), last = levels.length > 1;
-        const [pw, ph] = [(fine.w + 1) >> 1, (fine.h + 1) >> 1];
-        const out = new Float32Array(7 * pw * ph), part = new Float64Array(7);
-        for (let j = 0; j < fine.h; j++)
-            for (let i = 0; i < fine.w; i++) {
-                const to = 7 * ((j >> 1) * pw + (i >> 1));
-                if (last)
-                    part.set(fine.light.subarray(7 * (j * fine.w + i),
-                                                 7 * (j * fine.w + i) + 7));
-                else
-                    pixel(levels[0], i, j, part);
-                const power = part[3] * (part[4] + part[5] + part[6] + 1e-30);
-                for (let k = 0; k < 7; k++)
-                    out[to + k] += part[k] * (k < 3 ? power :
-                        k > 3 ? part[3] : 1);
-            }
-        for (let to = 0; to < out.length; to += 7) {
-            const long = Math.hypot(out[to], out[to + 1], out[to + 2]);
-            for (let k = 0; k < 7; k++)
-                out[to + k] /= k < 3 ? long || 1 : k > 3 ? out[to + 3] : 1;
-        }
-        levels.push({w: pw, h: ph, size: 2 * fine.size, light: out});
+/* Patches: where the light is, area, radiance. Level 0 are pixels, those below
+ * parts of them, those above 2x2 of the level before. */
+const patch = new Float64Array(7), size = level => Math.PI / levels[0].h * 2 ** level;
+function find(level, i, j) {
+    if (level > 0) {
+        const {w, light} = levels[level];
+        for (let k = 0, at = 7 * (j * w + i); k < 7; k++)
+            patch[k] = light[at + k];
+        return;
     }
-    return levels;
-}
-function pixel({w, light, phi, theta, size}, i, j, out) {
-    const s = Math.sin(theta[j]);
-    out[0] = s * Math.cos(phi[i]);
-    out[1] = Math.cos(theta[j]);
-    out[2] = s * Math.sin(phi[i]);
-    out[3] = s * 2 * Math.sin(size / 2) * size;
+    const [{w, light}] = levels, edge = size(level), t = edge * (j + 0.5);
+    const p = edge * (i + 0.5) - Math.PI, s = Math.sin(t);
+    const at = 3 * ((j >> -level) * w + (i >> -level));
+    patch[0] = s * Math.cos(p);
+    patch[1] = Math.cos(t);
+    patch[2] = s * Math.sin(p);
+    patch[3] = s * 2 * Math.sin(edge / 2) * edge;
     for (let c = 0; c < 3; c++)
-        out[4 + c] = light[3 * (j * w + i) + c];
+        patch[4 + c] = light[at + c];
+}
+function coarser(level) {
+    const fine = levels[level], w = (fine.w + 1) >> 1, h = (fine.h + 1) >> 1;
+    const light = new Float32Array(7 * w * h);
+    for (let j = 0; j < fine.h; j++)
+        for (let i = 0; i < fine.w; i++) {
+            find(level, i, j);
+            const to = 7 * ((j >> 1) * w + (i >> 1)), area = patch[3];
+            const power = area * (patch[4] + patch[5] + patch[6] + 1e-30);
+            for (let k = 0; k < 7; k++)
+                light[to + k] += k === 3 ? area : patch[k] * (k < 3 ? power : area);
+        }
+    for (let to = 0; to < light.length; to += 7) {
+        const long = Math.hypot(light[to], light[to + 1], light[to + 2]) || 1;
+        for (let k = 0; k < 7; k++)
+            light[to + k] /= k < 3 ? long : k > 3 ? light[to + 3] : 1;
+    }
+    return {w, h, light};
 }
 
 /* The sums of a place: its normal, the view, and the light; of the reflection two
  * parts, F0 times the first and the second, each with what white light gives;
  * then E/pi. Plain variables, since this is run 10 million times. */
-const stack = new Int32Array(4096), patch = new Float64Array(7);
-const sums = new Float64Array(11);
-let nx, ny, nz, vx, vy, vz, nv, lv, a2, split, depth;
+const stack = new Int32Array(4096), sums = new Float64Array(11);
+let nx, ny, nz, vx, vy, vz, nv, lv, a2;
 
-function add(x, y, z, area, red, green, blue) {
-    const nl = nx * x + ny * y + nz * z;
-    if (nl <= 0)
-        return;
-    const vl = vx * x + vy * y + vz * z;
+function add(nl, vl) {
     const h = Math.sqrt(Math.max(2 + 2 * vl, 1e-12));
     const nh = (nl + nv) / h, d = 1 + nh * nh * (a2 - 1);
-    const matte = nl * area / Math.PI, f = 1 - (1 + vl) / h;
+    const matte = nl * patch[3] / Math.PI, f = 1 - (1 + vl) / h;
     const weight = a2 / (2 * d * d) * matte /
         (nl * lv + nv * Math.sqrt(a2 + (1 - a2) * nl * nl));
     const grazing = weight * f * f * f * f * f, rest = weight - grazing;
-    sums[0] += rest * red;
-    sums[1] += rest * green;
-    sums[2] += rest * blue;
+    for (let c = 0; c < 3; c++) {
+        const light = patch[4 + c];
+        sums[c] += rest * light;
+        sums[4 + c] += grazing * light;
+        sums[8 + c] += matte * light;
+    }
     sums[3] += rest;
-    sums[4] += grazing * red;
-    sums[5] += grazing * green;
-    sums[6] += grazing * blue;
     sums[7] += grazing;
-    sums[8] += matte * red;
-    sums[9] += matte * green;
-    sums[10] += matte * blue;
 }
-/* A pixel, in m x m parts. */
-function addParts({size, theta, phi}, i, j, m) {
-    const step = size / m, wide = 2 * Math.sin(step / 2) * step;
-    for (let k = 0; k < m; k++) {
-        const t = theta[j] + step * (k + 0.5 - m / 2), s = Math.sin(t);
-        for (let l = 0; l < m; l++) {
-            const p = phi[i] + step * (l + 0.5 - m / 2);
-            add(s * Math.cos(p), Math.cos(t), s * Math.sin(p), s * wide,
-                patch[4], patch[5], patch[6]);
-        }
-    }
-}
-function visit(levels, level, at) {
-    const {w, size, light} = levels[level];
-    const j = Math.floor(at / w), i = at - j * w;
-    if (level)
-        for (let k = 0; k < 7; k++)
-            patch[k] = light[7 * at + k];
-    else
-        pixel(levels[0], i, j, patch);
-    const nl = nx * patch[0] + ny * patch[1] + nz * patch[2];
-    if (nl < -1.5 * size)
-        return;
-    const vl = vx * patch[0] + vy * patch[1] + vz * patch[2];
-    const side = Math.max(nl + nv, 0);
-    const nh = side * side / Math.max(2 + 2 * vl, 1e-12);
-    const lobe = Math.max(a2, 1 / Math.max(nh, 0.1) - 1);
-    const most = Math.min(WIDEST, 2 * split * Math.sqrt(lobe));
-    if (size <= most)
-        add(patch[0], patch[1], patch[2], patch[3], patch[4], patch[5],
-            patch[6]);
-    else if (!level)
-        addParts(levels[0], i, j, Math.min(32, Math.ceil(size / most)));
-    else {
-        const next = levels[level - 1];
-        for (let k = 0; k < 4; k++) {
-            const x = 2 * i + (k & 1), y = 2 * j + (k >> 1);
-            if (x < next.w && y < next.h) {
-                stack[depth++] = level - 1;
-                stack[depth++] = y * next.w + x;
-            }
-        }
-    }
-}
-function integral(levels, normal, view, roughness, step) {
+function integral(normal, view, roughness, split) {
     [nx, ny, nz] = normal;
     [vx, vy, vz] = view;
     nv = nx * vx + ny * vy + nz * vz;
     a2 = roughness ** 4;
     lv = Math.sqrt(a2 + (1 - a2) * nv * nv);
-    split = step;
     sums.fill(0);
     const top = levels.at(-1);
     for (let at = 0; at < top.w * top.h; at++) {
-        depth = 0;
-        visit(levels, levels.length - 1, at);
-        while (depth) {
-            depth -= 2;
-            visit(levels, stack[depth], stack[depth + 1]);
+        stack[0] = levels.length - 1;
+        stack[1] = at % top.w;
+        stack[2] = Math.floor(at / top.w);
+        for (let depth = 3; depth;) {
+            const level = stack[depth -= 3], i = stack[depth + 1];
+            const j = stack[depth + 2], edge = size(level);
+            find(level, i, j);
+            const nl = nx * patch[0] + ny * patch[1] + nz * patch[2];
+            if (nl < -1.5 * edge)
+                continue;
+            const vl = vx * patch[0] + vy * patch[1] + vz * patch[2];
+            const side = Math.max(nl + nv, 0);
+            const nh = side * side / Math.max(2 + 2 * vl, 1e-12);
+            const lobe = Math.max(a2, 1 / Math.max(nh, 0.1) - 1);
+            if (level === FINEST ||
+                edge <= Math.min(WIDEST, 2 * split * Math.sqrt(lobe))) {
+                if (nl > 0)
+                    add(nl, vl);
+                continue;
+            }
+            const {w, h} = level > 0 ? levels[level - 1] : {};
+            for (let k = 0; k < 4; k++) {
+                const x = 2 * i + (k & 1), y = 2 * j + (k >> 1);
+                if (x >= w || y >= h)
+                    continue;
+                stack[depth++] = level - 1;
+                stack[depth++] = x;
+                stack[depth++] = y;
+            }
         }
     }
 }
@@ -178,14 +148,11 @@ function integral(levels, normal, view, roughness, step) {
 /* What white light gives, of the first part and the second, over N.V: of it the
  * sums of a coarser split are known to be off, and by how much. */
 const WHITES = 24;
-function whites(levels, roughness) {
-    return Array.from({length: WHITES + 1}, (_, k) => {
-        const z = Math.max(k / WHITES, RIM);
-        integral(levels, [Math.sqrt(1 - z * z), 0, z], [0, 0, 1], roughness,
-                 SPLIT / 3);
-        return [sums[3], sums[7]];
-    });
-}
+const whites = roughness => Array.from({length: WHITES + 1}, (_, k) => {
+    const z = Math.max(k / WHITES, RIM);
+    integral([Math.sqrt(1 - z * z), 0, z], [0, 0, 1], roughness, SPLIT / 3);
+    return [sums[3], sums[7]];
+});
 /* What three.js makes of the sums. */
 function reflected({colour, metal}, white, out, to) {
     const at = Math.min(WHITES - 1e-6, nv * WHITES), k = Math.floor(at), s = sums;
@@ -205,15 +172,15 @@ function reflected({colour, metal}, white, out, to) {
     }
 }
 
-/* job: {id, sphere {roughness, metal, colour}, turn (of the map, in radians),
- * n, pixel}: n x n places of the sphere as it is seen from +z, in pixels of
- * that many radii. Gives radiance, none outside, and how exact it is. */
-async function sphere(job) {
-    const {n, pixel: p, turn} = job, out = new Float32Array(3 * n * n).fill(NaN);
+/* {id, sphere {roughness, metal, colour}, turn (of the map, in radians), n,
+ * pixel}: n x n places of the sphere as it is seen from +z, in pixels of that
+ * many radii. Gives radiance, NaN outside, and how exact it is. */
+async function reflect({id, sphere, turn, n, pixel: p}) {
+    const out = new Float32Array(3 * n * n).fill(NaN), fine = new Float32Array(3);
     const [c, s] = [Math.cos(turn), Math.sin(turn)];
-    const turned = ([x, y, z]) => [c * x - s * z, y, s * x + c * z];
-    const view = turned([0, 0, 1]), fine = new Float32Array(3);
-    const white = whites(map.levels, Math.max(job.sphere.roughness, 0.0525) + p);
+    const turned = (x, y, z) => [c * x - s * z, y, s * x + c * z];
+    const rough = Math.max(sphere.roughness, 0.0525), view = turned(0, 0, 1);
+    const white = whites(rough + p);
     let off = 0, all = 0, count = 0;
     for (let j = 0; j < n; j++) {
         for (let i = 0; i < n; i++) {
@@ -222,41 +189,40 @@ async function sphere(job) {
             const x = at(i), y = -at(j), z = Math.sqrt(1 - x * x - y * y);
             if (!(z > RIM))
                 continue;
-            const r = Math.min(1, Math.max(job.sphere.roughness, 0.0525) +
-                p * Math.max(1, Math.abs(x) / z, Math.abs(y) / z));
-            const normal = turned([x, y, z]), to = 3 * (j * n + i);
-            integral(map.levels, normal, view, r, SPLIT);
-            reflected(job.sphere, white, out, to);
-            if (++count % 99 === 0) {
-                integral(map.levels, normal, view, r, SPLIT / 2);
-                reflected(job.sphere, white, fine, 0);
-                fine.forEach((l, k) => {
-                    off += (l - out[to + k]) ** 2;
-                    all += l * l;
-                });
-            }
+            // Three.js widens lobes by the bend of the surface in a pixel.
+            const r = Math.min(1, rough + p * Math.max(1, Math.abs(x) / z,
+                                                       Math.abs(y) / z));
+            const to = 3 * (j * n + i), normal = turned(x, y, z);
+            integral(normal, view, r, SPLIT);
+            reflected(sphere, white, out, to);
+            if (++count % 99)
+                continue;
+            integral(normal, view, r, SPLIT / 2);
+            reflected(sphere, white, fine, 0);
+            fine.forEach((l, k) => {
+                off += (l - out[to + k]) ** 2;
+                all += l * l;
+            });
         }
-        await new Promise(go => { // lets a later job in
+        await new Promise(go => { // lets a later question in
             turns.port1.onmessage = go;
             turns.port2.postMessage(0);
         });
-        if (latest !== job.id)
+        if (latest !== id)
             return;
     }
-    postMessage({id: job.id, light: out, exact: Math.sqrt(off / all)});
+    postMessage({id, light: out, exact: Math.sqrt(off / all)});
 }
 
-onmessage = ({data}) => {
-    latest = data.id;
+onmessage = async ({data}) => {
+    const {id} = data;
+    latest = id;
     try {
-        if (data.bytes) {
-            const {half, ...rest} = read(data.bytes);
-            map = rest;
-            postMessage({id: data.id, w: map.w, h: map.h, half}, [half.buffer]);
-        } else
-            sphere(data).catch(e => postMessage({id: data.id, error: e.message}));
+        if (data.sphere)
+            return await reflect(data);
+        const map = read(data.bytes);
+        postMessage({id, ...map}, [map.half.buffer]);
     } catch (e) {
-        map = null;
-        postMessage({id: data.id, error: e.message});
+        postMessage({id, error: e.message});
     }
 };

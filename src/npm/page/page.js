@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The page: what was dropped is baked, shown, judged and packed. */
 import {zipSync} from './three/examples/jsm/libs/fflate.module.js';
+import {bake, convert, run as runProgram} from './iblbake/index.mjs';
 import {MATERIALS, MEASURED, ROUGHNESS, createView} from './view.js';
 
 const $ = id => document.getElementById(id);
@@ -14,69 +15,42 @@ const bytesOf = n => n < 1e6 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` :
 const timeOf = ms => ms < 1000 ? `${ms.toFixed()} ms` :
     `${(ms / 1000).toFixed(2)} s`;
 const percent = x => `${(100 * x).toFixed(x < 0.0995 ? 2 : 1)} %`;
+/* Files of the baker are in folders of its own. */
+const plain = text => text.trim().replaceAll('./in/', '');
 function fail(e) {
     if (e === STOPPED)
         return;
-    $('said').textContent = String(e.message ?? e).trim().split('\n').pop();
+    $('said').textContent = plain(e.message ?? e).split('\n').pop();
     $('said').hidden = false;
 }
 
-/* ---- workers ------------------------------------------------------------------- */
+/* ---- workers: the baker has its own; exact.js answers the last question ------------ */
 
-/* A worker with one question at a time: the next one ends it, and one that cannot
- * listen meanwhile is replaced. */
 const STOPPED = Symbol('stopped');
-class Asked {
-    #id = 0;
-    constructor(name, listens) {
-        Object.assign(this, {name, listens});
-        this.#start();
-    }
-    #start() {
-        this.worker?.terminate();
-        this.worker = new Worker(this.name, {type: 'module'});
-        this.worker.onmessage = ({data}) => {
-            if (data.id === this.#id && 'progress' in data)
-                this.wait?.tell?.(data.progress);
-            else if (data.id === this.#id)
-                this.#end(data.error ? Error(data.error) : null, data);
-        };
-        this.worker.onerror = e => {
-            e.preventDefault();
-            this.#end(Error(e.message || 'the browser gave it no more memory'));
-            this.#start();
-        };
-    }
-    #end(error, data) {
-        const {wait} = this;
-        this.wait = null;
-        error ? wait?.fail(error) : wait?.go(data);
-    }
-    stop() {
-        if (this.wait && !this.listens)
-            this.#start();
-        this.#end(STOPPED);
-    }
-    ask(question, tell) {
-        this.stop();
-        this.worker.postMessage({...question, id: ++this.#id});
-        return new Promise((go, fail) => this.wait = {go, fail, tell});
-    }
-}
-const baker = new Asked('baker.js'), exact = new Asked('exact.js', true);
-
+let stopper = new AbortController();
 async function run(call, {bytes, name}, options) {
-    const start = performance.now(), {style} = $('progress');
+    stopper.abort(STOPPED);
+    const {signal} = stopper = new AbortController(), start = performance.now();
+    document.body.classList.add('busy');
     $('progress').value = 0;
-    style.visibility = $('stop').style.visibility = 'visible';
     try {
-        const {result} = await baker.ask({call, bytes, options: {...options,
-            name}}, part => $('progress').value = part);
+        const result = await call(bytes, {...options, name, signal,
+            onProgress: part => $('progress').value = part});
         return {...result, time: performance.now() - start};
     } finally {
-        style.visibility = $('stop').style.visibility = 'hidden';
+        if (stopper.signal === signal)
+            document.body.classList.remove('busy');
     }
 }
+const exact = new Worker('exact.js', {type: 'module'});
+let asked = 0;
+const ask = question => new Promise((go, fail) => {
+    const id = ++asked;
+    exact.onmessage = ({data}) => data.id === id &&
+        (data.error ? fail(Error(data.error)) : go(data));
+    exact.onerror = e => fail(Error(e.message || 'the browser has no more memory'));
+    exact.postMessage({...question, id});
+});
 
 /* ---- options, and their command line --------------------------------------------- */
 
@@ -135,7 +109,7 @@ async function open(file) {
         else {
             const given = Object.entries(options(next)).filter(([key]) =>
                 READING.includes(key));
-            const {files, time} = await run('bake', next, {only: 'specular',
+            const {files, time} = await run(bake, next, {only: 'specular',
                 mapping: 'filament', size: 384, levels: 5, mirror: 'x',
                 ...Object.fromEntries(given)});
             [next.half] = Object.values(files);
@@ -161,14 +135,13 @@ async function compare(of) {
     $('own').textContent = $('how').textContent = '';
     view.prefilter(null);
     try {
-        const read = await exact.ask({bytes: of.bytes});
+        const read = await ask({bytes: of.bytes});
         const took = map === of && await view.prefilter(read);
         $('own').textContent = `in ${timeOf(took)}, each time a page loads`;
         of.exact = true;
         judge();
     } catch (e) {
-        if (e !== STOPPED)
-            $('how').textContent = `No comparison: ${e.message}.`;
+        $('how').textContent = `No comparison: ${e.message}.`;
     }
 }
 
@@ -181,14 +154,13 @@ async function make() {
     clearTimeout(later);
     $('said').hidden = $('download').disabled = true;
     const of = map, chosen = options(of), {target} = chosen;
-    const done = await run(of.texture ? 'convert' : 'bake', of,
-        {...chosen, ...target && {explain: true}, quiet: true});
-    // The program, and what there is to say.
-    const lines = done.log.split('\n'), said = /^iblbake: /;
+    const done = await run(of.texture ? convert : bake, of, {...chosen,
+        quiet: true, ...of.texture && {to: `out.${chosen.format}`},
+        ...target && {explain: true}});
     const bytes = Object.values(done.files).reduce((n, f) => n + f.length, 0);
-    made = {...done, chosen, bytes, code: !target ? 'No target: no program.' :
-        lines.filter(line => !said.test(line)).join('\n').trim()};
-    $('warning').textContent = lines.filter(line => said.test(line)).join('\n');
+    made = {...done, chosen, bytes, code: target ? done.text :
+        'No target: no program.'};
+    $('warning').textContent = plain(done.log);
     $('status').textContent = `${bytesOf(bytes)} in ${timeOf(done.time)}`;
     $('download').disabled = false;
     choice(made);
@@ -301,9 +273,9 @@ async function judge() {
     const drawn = view.measure(sphere), bright = 2 ** form.exposure.value;
     const turn = form.rotation.value * Math.PI / 180;
     for (const n of GRIDS) {
-        const start = performance.now(), got = await exact.ask({n, turn,
+        const start = performance.now(), got = await ask({n, turn,
             pixel: 2 / MEASURED, sphere: {...MATERIALS[row],
-            roughness: ROUGHNESS[column]}}).catch(() => null);
+            roughness: ROUGHNESS[column]}}).catch(fail);
         if (!got || map !== of)
             return;
         const picture = (from, at) => i => tone([0, 1, 2].map(c =>
@@ -376,7 +348,7 @@ $('form').oninput = look;
 $('form').onchange = settle;
 $('form').onsubmit = e => e.preventDefault();
 $('tabs').onchange = tell;
-$('stop').onclick = () => baker.stop();
+$('stop').onclick = () => stopper.abort(STOPPED);
 $('download').onclick = download;
 $('copy').onclick = () =>
     navigator.clipboard.writeText($('text').textContent).catch(fail);
@@ -416,5 +388,5 @@ look();
 settle();
 pick(sphere);
 navigator.serviceWorker?.register('sw.js').catch(() => {});
-await view?.warm();
+await Promise.all([view?.warm(), runProgram(['--version'])]);
 document.body.dataset.ready = '';
