@@ -85,6 +85,7 @@ async function baked(page) {
 async function judged(page) {
     const text = await page.waitForFunction(() =>
         document.querySelector('#shown').textContent.includes('loads') &&
+        document.querySelector('#own').textContent &&
         document.body.dataset.judged);
     return JSON.parse(await text.jsonValue());
 }
@@ -101,9 +102,11 @@ await test('a dropped map is baked and shown', async () => {
     await baked(page);
     const [first] = await page.evaluate(() =>
         performance.getEntriesByName('picture').map(p => p.duration));
+    await judged(page);
     await drop(page, 'forest.exr', forest);
     await page.waitForFunction(() =>
         performance.getEntriesByName('picture').length > 1);
+    await judged(page);
     const later = await page.evaluate(() =>
         performance.getEntriesByName('picture')[1].duration);
     console.log(`picture after ${(first / 1000).toFixed(2)}, ` +

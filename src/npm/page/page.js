@@ -110,12 +110,14 @@ async function open(file) {
             const given = Object.entries(options(next)).filter(([key]) =>
                 READING.includes(key));
             const {files, time} = await run(bake, next, {only: 'specular',
-                mapping: 'filament', size: 384, levels: 5, mirror: 'x',
+                mapping: 'filament', size: 256, levels: 5, mirror: 'x',
                 ...Object.fromEntries(given)});
             [next.half] = Object.values(files);
+            view?.prefilter(null);
             await view?.show(next.half, true, {});
             performance.measure('picture', {start});
             $('shown').textContent = `half floats, ${timeOf(time)}`;
+            $('own').textContent = $('how').textContent = '';
             $('empty').hidden = !!view;
         }
         map = next;
@@ -123,20 +125,18 @@ async function open(file) {
         $('choices').hidden = true;
         $('choices').tBodies[0].replaceChildren();
         kinds();
-        if (view && !next.texture)
-            compare(next);
-        await make();
+        const reading = view && !next.texture && ask({bytes: next.bytes});
+        await make().catch(fail);
+        if (reading && map === next)
+            await compare(next, reading);
     } catch (e) {
         fail(e);
     }
 }
-/* Beside three.js itself, and the truth. */
-async function compare(of) {
-    $('own').textContent = $('how').textContent = '';
-    view.prefilter(null);
+/* Beside three.js itself, which holds the page up, and the truth. */
+async function compare(of, reading) {
     try {
-        const read = await ask({bytes: of.bytes});
-        const took = map === of && await view.prefilter(read);
+        const took = await view.prefilter(await reading);
         $('own').textContent = `in ${timeOf(took)}, each time a page loads`;
         of.exact = true;
         judge();
