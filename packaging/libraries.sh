@@ -59,9 +59,7 @@ cd "$out/include"
 cp "$sources"/zlib/z*.h "$sources"/libdeflate/libdeflate.h \
     "$sources"/libzstd/lib/zstd*.h "$sources"/jansson/src/jansson.h \
     "$sources"/libpng1.6/png*.h "$sources"/libjpeg-turbo/j*.h \
-    "$sources"/xxhash/xxhash.h "$sources"/imath/src/Imath/half.h \
-    "$sources"/imath/src/Imath/ImathExport.h \
-    "$sources"/imath/src/Imath/ImathPlatform.h \
+    "$sources"/xxhash/xxhash.h "$sources"/imath/src/Imath/*.h \
     "$sources"/openexr/src/lib/OpenEXRCore/openexr*.h .
 cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" pnglibconf.h
 sed 's/@json_inline@/inline/; s/@json_have_[a-z_]*@/1/' \
