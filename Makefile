@@ -83,6 +83,8 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
+# The system's file of src/port/.
+PORT ?= posix
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -90,7 +92,7 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c
+           src/common/names.c src/common/path.c src/port/$(PORT).c
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -355,7 +357,8 @@ endif
 FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
-FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
+FUZZED := src/port/$(PORT).c \
+          $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
