@@ -111,6 +111,7 @@ inside() { # FOLDER PATTERN...: names of files there
     compile libjpeg-turbo '' $(sed -n '/^set(JPEG_SOURCES/,/)/{
         s/.*SOURCES//; s/)//; p; }' "$sources/libjpeg-turbo/CMakeLists.txt") \
         jaricom.c jcarith.c jdarith.c jsimd_none.c
+    compile xxhash '' xxhash.c
     compile openexr/src/lib/OpenEXRCore '' \
         $(inside openexr/src/lib/OpenEXRCore '*.c')
 } | xargs -r -P "$(nproc)" -L 1 $CC -I"$out/include" $CFLAGS -w -c
