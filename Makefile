@@ -69,9 +69,11 @@ SCENE_HAS := $(shell printf '%s\n' $(call ask,meshoptimizer.h,MESHOPT,meshoptimi
                $(CXX) -std=c++17 -E -P -x c++ - 2>/dev/null)
 HAVE_CXX := $(shell command -v $(firstword $(CXX)) 2>/dev/null)
 
-REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
-            -ffp-contract=off -fno-math-errno -fPIC \
-            -fno-semantic-interposition -fvisibility=hidden \
+# The system's file of src/port/, and what its libraries and threads take.
+PORT ?= posix
+PORT_FLAGS ?= -pthread -fPIC -fno-semantic-interposition
+REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc $(PORT_FLAGS) \
+            -ffp-contract=off -fno-math-errno -fvisibility=hidden \
             '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
 # Of the shared library; see CONTRIBUTING.md.
 SOVERSION := 1
@@ -90,7 +92,8 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c
+           src/common/names.c src/common/path.c src/port/$(PORT).c \
+           $(if $(filter-out posix,$(PORT)),src/port/openexr.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -123,7 +126,7 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
-        fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
+        npm page fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
 ## all: the programs and the parts that they load (default)
@@ -213,6 +216,14 @@ CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
+
+# The same for WebAssembly, by the libraries of libraries.sh: make npm.
+WASM_LIBS := $(BUILD)/deps/libdeps.a
+$(BUILD)/iblbake.wasm: $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB) $(WASM_LIBS)
+	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=1MB \
+	    -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
+	    -sEXPORTED_FUNCTIONS=_main,_setThrew,stackSave,stackRestore \
+	    -o $@ $^
 
 # C++. Left out, with a word, where OpenImageIO is not installed.
 .PHONY: bridge
@@ -355,7 +366,8 @@ endif
 FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
-FUZZED := $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
+FUZZED := src/port/$(PORT).c \
+          $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c \
             astc_hdr_endpoints.c astc_ise.c bc6h_decode.c bc6h_modes.c \
@@ -625,10 +637,14 @@ page: npm
 	    npm install --no-save --no-package-lock --no-audit --no-fund \
 	        --ignore-scripts --loglevel=error --prefix $(BUILD)/npm-page \
 	        $(THREE) && echo $(THREE) >$(BUILD)/npm-page/fetched; }
-	rm -rf $(BUILD)/npm-page/package
-	tar -C $(BUILD)/npm-page -xzf $(BUILD)/npm/iblbake-$(VERSION).tgz
 	node src/npm/page/build.mjs $(BUILD)/page \
-	    $(BUILD)/npm-page/node_modules $(BUILD)/npm-page/package
+	    $(BUILD)/npm-page/node_modules $(BUILD)/npm/package
+
+## npm: the package of npm, build/npm/iblbake-VERSION.tgz, by emscripten
+npm:
+	@DEPS=$(DEPS) sh tests/deps.sh npm
+	+@MAKE='$(MAKE)' sh packaging/npm.sh $(BUILD) $(VERSION)
+	@ls -l $(BUILD)/npm/iblbake-$(VERSION).tgz
 
 # Of what is committed, so that the tarball is the same wherever it is made.
 DIST := iblbake-$(VERSION)

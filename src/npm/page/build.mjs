@@ -3,7 +3,7 @@
  * node build.mjs OUT NODE_MODULES PACKAGE
  *
  * Fills the folder OUT with the page: the files beside this one, three.js with
- * what it imports from NODE_MODULES, and the baker PACKAGE/ of npm. Browsers
+ * what it imports from NODE_MODULES, and our package of npm. Browsers
  * find modules by path, in workers too, so that `three` is replaced in imports.
  */
 import {createHash} from 'node:crypto';
@@ -62,9 +62,7 @@ for (const name of ['basis', 'draco/gltf'].flatMap(dir =>
 write('three/LICENSE', read(path.join(three, 'LICENSE')));
 
 /* The baker, and its program of three.js' reflections as a module. */
-for (const name of JSON.parse(read(path.join(baker, 'package.json'))).files)
-    fs.cpSync(path.join(baker, name), path.join(out, 'iblbake', name),
-              {recursive: true});
+fs.cpSync(baker, path.join(out, 'iblbake'), {recursive: true});
 const [lines] = execFileSync(process.execPath, [
     path.join(baker, 'bin/iblbake.cjs'), '--target', 'three', '--explain'],
     {encoding: 'utf8'}).match(/^.. Reflections: [^]*^.. Reflections end\.$/m);
