@@ -123,17 +123,19 @@ export function createView(canvas, picked, turned) {
         renderer.setSize(w, h, false);
         camera.aspect = tall ? 2 * w / h : w / 2 / h;
         const {length: m} = MATERIALS, {length: n} = ROUGHNESS;
-        const height = (across, down) => // with the label
-            2.3 * Math.max(down + 0.5, across / camera.aspect);
+        const rows = tall ? h / 2 : h, label = 40; // in pixels
+        const height = (across, down) =>
+            2.3 * Math.max(down / (1 - label / rows), across / camera.aspect);
         const upright = height(m, n) < height(n, m);
+        const all = Math.min(height(m, n), height(n, m));
         sides.forEach(({balls}) => balls.children.forEach(({position, userData}) => {
             const x = 2.3 * (userData.column - (n - 1) / 2);
             const y = 2.3 * (userData.row - (m - 1) / 2);
-            position.set(upright ? y : x, (upright ? -x : -y) - 0.4, 0);
+            position.set(upright ? y : x, (upright ? -x : -y) - all * label / 2 / rows, 0);
         }));
         if (!orbit.enabled)
-            camera.position.set(0, 0, Math.min(height(m, n), height(n, m)) / 2 /
-                Math.tan(camera.fov / 2 * DEGREE));
+            camera.position.set(0, 0,
+                all / 2 / Math.tan(camera.fov / 2 * DEGREE));
         camera.updateProjectionMatrix();
         draw();
     }
