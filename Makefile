@@ -85,6 +85,7 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
+PORT_SRC := src/port/$(PORT).c $(if $(filter-out windows,$(PORT)),src/port/shared.c)
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -92,8 +93,8 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c src/port/$(PORT).c \
-           $(if $(filter-out posix,$(PORT)),src/port/openexr.c)
+           src/common/names.c src/common/path.c $(PORT_SRC) \
+           $(if $(filter-out posix,$(PORT)),src/io/bridge/openexr_core.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -125,7 +126,7 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
-        check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
+        check-arm64 check-ports check-clients check-pairs mutants coverage check-cycles soak bench \
         npm page fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
@@ -147,8 +148,11 @@ deps-named:
 deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
-ISA =
-%_plain.o: ISA := -DIBL_PLAIN
+# Options of what a bake takes its time in, where the rest is built small.
+HOT ?=
+ISA = $(if $(filter src/core/% src/image/% src/kern/% src/bake/% src/brdf/% \
+           src/io/rgbe.c src/io/texture.c src/io/exr.c,$<),$(HOT))
+%_plain.o: ISA = -DIBL_PLAIN $(HOT)
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
@@ -366,7 +370,7 @@ endif
 FUZZ_OPT := -O1 -gline-tables-only -fno-omit-frame-pointer \
             -fno-sanitize-recover=all \
             -fsanitize=address,undefined,float-cast-overflow
-FUZZED := src/port/$(PORT).c \
+FUZZED := $(PORT_SRC) \
           $(wildcard src/core/*.c src/io/*.c src/json/*.c src/common/*.c \
                      src/engine/*.c src/scene/*.c src/set/*.c) \
           $(addprefix src/kern/,astc_hdr_block.c \
@@ -500,6 +504,12 @@ check-arm64:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
+
+## check-ports: packages of npm, Debian and Windows, and the page (minutes)
+check-ports:
+	@DEPS=$(DEPS) sh tests/deps.sh ports
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
+	@MAKE='$(MAKE)' BUILD=$(BUILD) bash tests/check-ports.sh
 
 ## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)
 MAPS ?= quarry royal dusk blaze

@@ -7,8 +7,13 @@
 set -u
 . tests/lib.sh
 
-need node npm chromium
-[ -f "$build/page/index.html" ] || skip_all 'there is no page: make page'
+need node npm chromium emcc
+log=$(${MAKE:-make} -s DEPS=no BUILD="$build" page 2>&1) || {
+    [[ $log != *'npm error'* ]] || skip_all 'npm cannot fetch three.js'
+    verdict 'make page' "$log"
+    end
+    exit
+}
 # Fetched once; it drives Debian's browser.
 driver=playwright-core@1.65.1
 npm=$build/npm-driver

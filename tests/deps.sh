@@ -74,13 +74,19 @@ dpkg-dev:unpacks_sources_of_libraries
 nodejs:runs_the_package
 npm:packs_it
 '
+ports="$build$npm"'
+brotli:measures_the_package
+chromium:shows_the_page
+openimageio-tools:makes_test_images
+'
 
 case ${1:-} in
 build | name) wanted=$build ;;
 npm) wanted=$npm ;;
+ports) wanted=$ports ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
-*) echo 'usage: deps.sh build|check|bench|npm|name' >&2; exit 2 ;;
+*) echo 'usage: deps.sh build|check|bench|npm|ports|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {

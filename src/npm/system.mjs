@@ -86,6 +86,7 @@ export function run(module, args, host) {
             try {
                 done += fs.writeSync(f.fd, from, done, from.length - done);
             } catch (error) {
+                if (error.code === 'EPIPE' && f.fd < 3 && exports.leave()) throw new Exit(141);
                 if (error.code !== 'EAGAIN') throw error;
                 wait();
             }

@@ -7,11 +7,8 @@
  */
 #include "port/port.h"
 
-#include <fcntl.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "io/bridge/openexr.h"
@@ -32,16 +29,6 @@ long __syscall_open(const char *path, long flags, ...)
     return host_open(path, (int)flags);
 }
 
-int ibl_port_open(const char *path)
-{
-    return open(path, O_RDONLY);
-}
-
-int ibl_port_create(const char *path)
-{
-    return open(path, O_WRONLY | O_CREAT | O_EXCL, 0666);
-}
-
 bool ibl_port_readable(int file, int milliseconds)
 {
     (void)file;
@@ -49,64 +36,11 @@ bool ibl_port_readable(int file, int milliseconds)
     return true;
 }
 
-ptrdiff_t ibl_port_read_at(int file, void *to, size_t size, uint64_t offset)
-{
-    return pread(file, to, size, (off_t)offset);
-}
-
-bool ibl_port_flush(int file)
-{
-    return !fsync(file);
-}
-
-bool ibl_port_replace(const char *from, const char *to)
-{
-    return !rename(from, to);
-}
-
-bool ibl_port_make_folder(const char *path)
-{
-    return !mkdir(path, 0777);
-}
-
-bool ibl_port_identify(const char *path, ibl_port_file *file)
-{
-    struct stat st;
-
-    *file = (ibl_port_file){0};
-    if (stat(path, &st))
-        return false;
-    file->device = st.st_dev;
-    file->number = st.st_ino;
-    file->size = (uint64_t)st.st_size;
-    file->written = st.st_mtim.tv_sec * 1000000000ll + st.st_mtim.tv_nsec;
-    file->changed = st.st_ctim.tv_sec * 1000000000ll + st.st_ctim.tv_nsec;
-    return true;
-}
-
-bool ibl_port_is_link(const char *path)
-{
-    struct stat st;
-    return !lstat(path, &st) && S_ISLNK(st.st_mode);
-}
-
-bool ibl_port_resolve(const char *path, char real[IBL_PORT_PATH])
-{
-    return realpath(path, real);
-}
-
 /* Hosts have no locks. */
 int ibl_port_open_folder(const char *path)
 {
     (void)path;
     return 0;
-}
-
-bool ibl_port_identify_folder(int folder, ibl_port_file *file)
-{
-    (void)folder;
-    *file = (ibl_port_file){0};
-    return false;
 }
 
 bool ibl_port_lock_folder(int folder, bool wait)
@@ -125,16 +59,6 @@ bool ibl_port_flush_folder(int folder)
 void ibl_port_close_folder(int folder)
 {
     (void)folder;
-}
-
-void *ibl_port_alloc(size_t alignment, size_t bytes)
-{
-    return aligned_alloc(alignment, bytes);
-}
-
-void ibl_port_free(void *p)
-{
-    free(p);
 }
 
 uint64_t ibl_port_memory(void)

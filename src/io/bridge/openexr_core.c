@@ -6,15 +6,35 @@
  */
 #include "io/bridge/openexr.h"
 
+#include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include <OpenEXR/openexr_decode.h>
+
+#include "core/half.h"
 
 typedef exr_result_t undo(exr_decode_pipeline_t *, const void *, uint64_t,
                           void *, uint64_t);
 undo internal_exr_undo_rle, internal_exr_undo_piz, internal_exr_undo_pxr24,
     internal_exr_undo_b44, internal_exr_undo_b44a;
+
+/* What linear channels of B44 are stored by, in place of OpenEXRCore's tables,
+ * of which packing alone needs the second. */
+static uint16_t exp_table[1 << 16];
+const uint16_t *exrcore_expTable = exp_table, *exrcore_logTable;
+
+static void fill_exp_table(void)
+{
+    const float most = 65504;
+
+    for (int i = 0; i < 1 << 16; i++) {
+        const float x = ibl_half_to_float((uint16_t)i);
+        exp_table[i] = ibl_half_from_float(!isfinite(x)          ? 0
+                                           : x >= 8 * logf(most) ? most
+                                                                 : expf(x / 8));
+    }
+}
 
 static void *take(exr_transcoding_pipeline_buffer_id_t which, size_t size)
 {
@@ -38,6 +58,7 @@ int ibl_openexr_unpack_1(const exr_attr_chlist_t *channels,
         [EXR_COMPRESSION_PXR24] = internal_exr_undo_pxr24,
         [EXR_COMPRESSION_B44] = internal_exr_undo_b44,
         [EXR_COMPRESSION_B44A] = internal_exr_undo_b44a};
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
     undo *const by = all[chunk->compression];
     exr_coding_channel_info_t *each =
         calloc((size_t)channels->num_channels, sizeof *each);
@@ -48,6 +69,7 @@ int ibl_openexr_unpack_1(const exr_attr_chlist_t *channels,
                                     .alloc_fn = take,
                                     .free_fn = give};
 
+    pthread_once(&once, fill_exp_table);
     for (int i = 0; each && i < channels->num_channels; i++) {
         const exr_attr_chlist_entry_t *from = &channels->entries[i];
         const int bytes = from->pixel_type == EXR_PIXEL_HALF ? 2 : 4;
