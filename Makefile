@@ -79,9 +79,11 @@ SCENE_HAS := $(shell printf '%s\n' $(call ask,meshoptimizer.h,MESHOPT,meshoptimi
                $(CXX) -std=c++17 -E -P -x c++ - 2>/dev/null)
 HAVE_CXX := $(shell command -v $(firstword $(CXX)) 2>/dev/null)
 
-REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
-            -ffp-contract=off -fno-math-errno -fPIC \
-            -fno-semantic-interposition -fvisibility=hidden \
+# The system's file of src/port/, and what its libraries and threads take.
+PORT ?= posix
+PORT_FLAGS ?= -pthread -fPIC -fno-semantic-interposition
+REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc $(PORT_FLAGS) \
+            -ffp-contract=off -fno-math-errno -fvisibility=hidden \
             '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
 # Of the shared library; see CONTRIBUTING.md.
 SOVERSION := 1
@@ -93,6 +95,7 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
+PORT_SRC := src/port/$(PORT).c $(if $(filter-out windows,$(PORT)),src/port/shared.c)
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -100,7 +103,8 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c
+           src/common/names.c src/common/path.c $(PORT_SRC) \
+           $(if $(filter-out posix,$(PORT)),src/io/bridge/openexr_core.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -137,8 +141,8 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
-        check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
-        fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
+        check-arm64 check-ports check-clients check-pairs mutants coverage check-cycles soak bench \
+        npm page fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
         FORCE
 
 ## all: the programs and the parts that they load (default)
@@ -159,8 +163,11 @@ deps-named:
 deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
-ISA =
-%_plain.o: ISA := -DIBL_PLAIN
+# Options of what a bake takes its time in, where the rest is built small.
+HOT ?=
+ISA = $(if $(filter src/core/% src/image/% src/kern/% src/bake/% src/brdf/% \
+           src/io/rgbe.c src/io/texture.c src/io/exr.c,$<),$(HOT))
+%_plain.o: ISA = -DIBL_PLAIN $(HOT)
 %_sse2.o: ISA := -DIBL_SUFFIX=_sse2
 %_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
 %_neon.o: ISA := -DIBL_SUFFIX=_neon
@@ -226,6 +233,14 @@ CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
+
+# The same for WebAssembly, by the libraries of libraries.sh: make npm.
+WASM_LIBS := $(BUILD)/deps/libdeps.a
+$(BUILD)/iblbake.wasm: $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB) $(WASM_LIBS)
+	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=1MB \
+	    -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
+	    -sEXPORTED_FUNCTIONS=_main,_setThrew,stackSave,stackRestore \
+	    -o $@ $^
 
 # C++. Left out, with a word, where OpenImageIO is not installed.
 .PHONY: bridge
@@ -472,6 +487,12 @@ check-arm64:
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
+## check-ports: packages of npm, Debian and Windows, and the page (minutes)
+check-ports:
+	@DEPS=$(DEPS) sh tests/deps.sh ports
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
+	@MAKE='$(MAKE)' BUILD=$(BUILD) bash tests/check-ports.sh
+
 ## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)
 MAPS ?= quarry royal dusk blaze
 check-clients:
@@ -600,6 +621,22 @@ uninstall:
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" "$(DESTDIR)$(DATADIR)/iblbake" \
 	    2>/dev/null || true
+
+## page: the page that bakes in browsers, build/page: files for any web host
+THREE := three@0.187.0
+page: npm
+	@[ "$$(cat $(BUILD)/npm-page/fetched 2>/dev/null)" = $(THREE) ] || { \
+	    npm install --no-save --no-package-lock --no-audit --no-fund \
+	        --ignore-scripts --loglevel=error --prefix $(BUILD)/npm-page \
+	        $(THREE) && echo $(THREE) >$(BUILD)/npm-page/fetched; }
+	node src/npm/page/build.mjs $(BUILD)/page \
+	    $(BUILD)/npm-page/node_modules $(BUILD)/npm/package
+
+## npm: the package of npm, build/npm/iblbake-VERSION.tgz, by emscripten
+npm:
+	@DEPS=$(DEPS) sh tests/deps.sh npm
+	+@MAKE='$(MAKE)' sh packaging/npm.sh $(BUILD) $(VERSION)
+	@ls -l $(BUILD)/npm/iblbake-$(VERSION).tgz
 
 # Of what is committed, so that the tarball is the same wherever it is made.
 DIST := iblbake-$(VERSION)

@@ -9,9 +9,9 @@
 #include <time.h>
 
 #include "core/context.h"
-#include "core/cpu.h"
 #include "files.h"
 #include "maps.h"
+#include "port/port.h"
 
 static void keep_end(void *cookie, ibl_log_level level, const char *text)
 {
@@ -67,13 +67,13 @@ TEST(quotas)
                       "printf '%s\n' >proc/self/cgroup && "
                       "mkdir -p sys/fs/cgroup/a/b && cd sys/fs/cgroup && %s",
                       cases[i].groups, cases[i].files));
-        const int cpus = ibl_cpu_quota(test_dir());
+        const int cpus = ibl_port_cpu_quota(test_dir());
         CHECK_MSG(cpus == cases[i].cpus, "case %zu: %d", i, cpus);
-        const uint64_t bytes = ibl_memory_quota(test_dir());
+        const uint64_t bytes = ibl_port_memory_quota(test_dir());
         CHECK_MSG(bytes == cases[i].bytes, "case %zu: %llu", i,
                   (unsigned long long)bytes);
     }
-    CHECK(ibl_cpu_quota("nowhere") == 0);
+    CHECK(ibl_port_cpu_quota("nowhere") == 0);
     CHECK(ibl_memory_allowed() > 0);
 }
 

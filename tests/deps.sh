@@ -66,12 +66,27 @@ bench="$check"'
 libfilament-tools:cmgen_to_compare_with
 gnuplot-nox:draws_the_plot_of_MEASURED
 '
+npm='
+make:make
+emscripten:compiles_to_WebAssembly
+clang:its_compiler
+dpkg-dev:unpacks_sources_of_libraries
+nodejs:runs_the_package
+npm:packs_it
+'
+ports="$build$npm"'
+brotli:measures_the_package
+chromium:shows_the_page
+openimageio-tools:makes_test_images
+'
 
 case ${1:-} in
 build | name) wanted=$build ;;
+npm) wanted=$npm ;;
+ports) wanted=$ports ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
-*) echo 'usage: deps.sh build|check|bench|name' >&2; exit 2 ;;
+*) echo 'usage: deps.sh build|check|bench|npm|ports|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {

@@ -99,27 +99,28 @@ while read -r room allowed; do
     files "^src/$room/.*\.(c|h|cpp)$" | xargs grep -H '^#include "' |
         grep -vE "\"(ibl|$(echo "$allowed" | tr ' ' '|'))/"
 done >"$build/layers.txt" <<'ROOMS'
-core core
+port port
+core core port
 image image core kern
 brdf brdf core
 kern kern core brdf
 bake bake core image brdf kern
 probe probe core
-io io core image kern json
-json json
-common common json
+io io core image kern json port
+json json port
+common common json port
 engine engine core common image io json
 set set core common engine image io json
-scene scene core common io engine json
-cli cli common engine scene set json
-view view common engine scene set json
+scene scene core common io engine json port
+cli cli common engine scene set json port
+view view common engine scene set json port
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
 grep -rnE '#include "(core|image|brdf|kern|bake|probe|io)/' src/common src/cli \
-    src/view && complain 'programs see include/ and json/ only'
+    src/view && complain 'programs see include/, json/ and port/ only'
 # No module, NAME.h with NAME.c and NAME_simd.c, needs itself through others.
 files '^src/.*\.(c|h|cpp)$' | xargs grep -H '^#include "' |
     sed -E 's/^src\///; s/(_simd|_lanes)?\.(c|h|cpp):.*"(.*)"$/ \3/
@@ -128,8 +129,8 @@ files '^src/.*\.(c|h|cpp)$' | xargs grep -H '^#include "' |
     cat "$build/circles.txt"
     complain 'modules include each other in a circle'
 }
-grep -rn pthread_create src | grep -vE '^src/(core/pool|cli/batch|view/baked_set)\.c' &&
-    complain 'threads are started in core/pool.c, cli/batch.c and view/baked_set.c
+grep -rn pthread_create src | grep -vE '^src/(port/[a-z]*|cli/batch|view/baked_set)\.c' &&
+    complain 'threads are started in src/port/, cli/batch.c and view/baked_set.c
 only'
 
 # Small is a feature.

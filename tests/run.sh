@@ -51,6 +51,8 @@ scripts() {
     local build=$1 script
     for script in tests/check-*.sh; do
         case $quick:$build:$script in
+        # Those of make check-ports.
+        *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh) ;;
         yes:*/check-install.sh | yes:*/check-readers.sh | \
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
             yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \

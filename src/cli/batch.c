@@ -247,9 +247,10 @@ static bool bake_maps(batch *b)
         if (pthread_create(&b->workers[b->started].thread, NULL, work,
                            &b->workers[b->started]))
             break;
-    if (b->to_bake && !b->started)
-        return ibl_console_fail(&b->console,
-                                "no memory or threads for a batch");
+    if (!b->started) { /* there are no threads to have */
+        b->running = 1;
+        work(b->workers);
+    }
     pthread_mutex_lock(&b->lock);
     b->running += b->started;
     while (b->running) {

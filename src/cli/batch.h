@@ -3,9 +3,8 @@
 #ifndef CLI_BATCH_H
 #define CLI_BATCH_H
 
-#include <sys/types.h>
-
 #include "cli/job.h"
+#include "port/port.h"
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
@@ -17,8 +16,7 @@ typedef enum ibl_map_state {
 typedef struct ibl_map {
     char *input;
     char *name; /* of its outputs, below the directory of all: "sub/env" */
-    dev_t device;
-    ino_t inode; /* of the file; 0: there is none of that name, as of a list */
+    ibl_port_file file; /* number 0: there is none of that name */
     ibl_map_state state;
     double pixels; /* 0: not known before it is read, as are bytes */
     double bytes;  /* of memory that its bake takes, beside the program */

@@ -19,7 +19,6 @@ static bool add(ibl_maps *maps, const char *input, const char *sub,
                 ibl_console *c)
 {
     char stem[IBL_STEM_BYTES];
-    struct stat st;
 
     if (!ibl_stem(input, stem, sizeof stem)) {
         c->failed = true; /* that was said */
@@ -30,10 +29,7 @@ static bool add(ibl_maps *maps, const char *input, const char *sub,
     ibl_map *m = &maps->list[maps->count++];
     *m = (ibl_map){.input = ibl_need(strdup(input)),
                    .name = ibl_need(ibl_format("%s%s", sub, stem))};
-    if (!stat(input, &st)) {
-        m->device = st.st_dev;
-        m->inode = st.st_ino;
-    }
+    ibl_port_identify(input, &m->file);
     return true;
 }
 
@@ -68,7 +64,6 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
 {
     DIR *dir = opendir(folder);
     const struct dirent *entry;
-    struct stat st;
     bool ok = true;
 
     if (!dir)
@@ -78,7 +73,7 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
         if (*entry->d_name == '.')
             continue;
         char *path = ibl_need(ibl_path_join(folder, entry->d_name));
-        if (all && !lstat(path, &st) && S_ISDIR(st.st_mode)) {
+        if (all && is_folder(path) && !ibl_port_is_link(path)) {
             char *below = ibl_need(ibl_format("%s%s/", sub, entry->d_name));
             ok = add_entries(maps, path, below, true, c);
             free(below);
@@ -123,30 +118,32 @@ static bool add_list(ibl_maps *maps, const char *path, bool all, ibl_console *c)
 {
     FILE *from = strcmp(path, "-") != 0 ? fopen(path, "r") : stdin;
     const int before = maps->count;
-    bool nul = false, ok = true;
-    char *text = NULL;
-    size_t room = 0;
-    ssize_t size;
+    size_t size = 0, room = 0, got = 1;
+    char *text = NULL, *end;
+    bool ok = true;
 
     if (!from)
         return ibl_console_fail(c, "--from %s: cannot be opened: %s", path,
                                 strerror(errno));
-    while (ok && (size = getdelim(&text, &room, '\0', from)) > 0) {
-        nul |= !text[size - 1];
-        char *name = text + (strncmp(text, "\xEF\xBB\xBF", 3) ? 0 : 3), *end;
-        for (bool more = true; ok && more; name = end + 1) {
-            end = name + strcspn(name, nul ? "" : "\n");
-            more = *end;
-            *end = '\0';
-            if (!nul && end > name && end[-1] == '\r')
-                end[-1] = '\0';
-            ok = !name[strspn(name, nul ? "" : " \t")] ||
-                 add_given(maps, name, all, c);
-        }
+    for (; got; size += got) {
+        if (size + 1 >= room)
+            text = ibl_need(realloc(text, room = room ? 2 * room : 1 << 12));
+        got = fread(text + size, 1, room - 1 - size, from);
     }
-    if (ok && !feof(from))
+    if (ferror(from))
         ok = ibl_console_fail(c, "--from %s: cannot be read: %s", path,
                               strerror(errno));
+    text[size] = '\0';
+    const bool nul = memchr(text, '\0', size);
+    for (char *name = text + (strncmp(text, "\xEF\xBB\xBF", 3) ? 0 : 3);
+         ok && name < text + size; name = end + 1) {
+        end = name + strcspn(name, nul ? "" : "\n");
+        *end = '\0';
+        if (!nul && end > name && end[-1] == '\r')
+            end[-1] = '\0';
+        ok = !name[strspn(name, nul ? "" : " \t")] ||
+             add_given(maps, name, all, c);
+    }
     free(text);
     if (from != stdin)
         fclose(from);

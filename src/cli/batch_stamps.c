@@ -7,20 +7,18 @@
  * same is not read. A stamp of another version is none.
  */
 #include <dirent.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "cli/batch.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "port/port.h"
 #include "json/text.h"
 
-#define STAMP "iblbake stamp 2"
+#define STAMP "iblbake stamp 3"
 
 enum {
     IDENTITY_BYTES = 128
@@ -85,22 +83,21 @@ static void end(stamp *s)
 /* ---- the file ------------------------------------------------------------ */
 
 /* What changes with a file: size, times of contents and of inode, inode. */
-static void identify(const struct stat *st, char text[IDENTITY_BYTES])
+static void identify(const ibl_port_file *f, char text[IDENTITY_BYTES])
 {
-    snprintf(text, IDENTITY_BYTES, "%lld:%lld.%09ld:%lld.%09ld:%llu",
-             (long long)st->st_size, (long long)st->st_mtim.tv_sec,
-             st->st_mtim.tv_nsec, (long long)st->st_ctim.tv_sec,
-             st->st_ctim.tv_nsec, (unsigned long long)st->st_ino);
+    snprintf(text, IDENTITY_BYTES, "%llu:%lld:%lld:%llu",
+             (unsigned long long)f->size, (long long)f->written,
+             (long long)f->changed, (unsigned long long)f->number);
 }
 
 static bool is_same(const char *path, const char *hash, const char *identity)
 {
     char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
-    struct stat st;
+    ibl_port_file file;
 
-    if (stat(path, &st))
+    if (!ibl_port_identify(path, &file))
         return false;
-    identify(&st, now);
+    identify(&file, now);
     return !strcmp(now, identity) ||
            (!ibl_hash_file(path, content) && !strcmp(content, hash));
 }
@@ -137,29 +134,27 @@ bool ibl_stamp_commit(ibl_job *r, double since)
         return ibl_job_commit(r);
     bool ok = begin(r, &s), known = ok;
     if (ok) {
-        held = open(s.folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        while (held >= 0 && flock(held, LOCK_EX) && errno == EINTR)
-            continue;
+        held = ibl_port_open_folder(s.folder);
+        if (held >= 0)
+            ibl_port_lock_folder(held, true);
         ok = known = ibl_job_commit(r);
     }
     ibl_append(&text, STAMP " %s %d\n", s.options, s.files.count);
     for (int i = 0; i < s.files.count && known; i++) {
         const char *path = s.files.path[i], *name = "";
         char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
-        struct stat st;
-        known = !stat(path, &st);
+        ibl_port_file file;
+        known = ibl_port_identify(path, &file);
         if (i >= s.files.inputs) {
             name = path + strlen(r->opts->directory);
             name += strspn(name, "/");
             known &= !strchr(name, '\n'); /* which would end the line */
         } else if (known) {
-            known =
-                (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec <=
-                since - TICK_SECONDS;
+            known = 1e-9 * (double)file.changed <= since - TICK_SECONDS;
         }
         known = known && !ibl_hash_file(path, hash);
         if (known) {
-            identify(&st, identity);
+            identify(&file, identity);
             ibl_append(&text, "%s %s %s\n", hash, identity, name);
         }
     }
@@ -172,7 +167,7 @@ bool ibl_stamp_commit(ibl_job *r, double since)
     }
     free(text);
     if (held >= 0)
-        close(held);
+        ibl_port_close_folder(held);
     end(&s);
     return ok;
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -8,6 +7,7 @@
 #include "cli/common_options.h"
 #include "common/process.h"
 #include "common/signals.h"
+#include "port/port.h"
 
 static const ibl_command *const commands[] = {&ibl_bake_command,
                                               &ibl_verify_command,
@@ -19,20 +19,9 @@ static const ibl_command *const commands[] = {&ibl_bake_command,
 
 const ibl_program ibl_this_program = {"iblbake", commands};
 
-/* Opens /dev/null for each of descriptors 0 to 2 that is closed, in the wrong
- * direction, so that using it still fails. Otherwise an output file could get
- * that number, and messages would be written into it. */
-static void fill_closed_streams(void)
-{
-    for (int fd = 0; fd < 3; fd++)
-        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF)
-            if (open("/dev/null", fd ? O_RDONLY : O_WRONLY) < 0)
-                return; /* no other file can be opened either */
-}
-
 int main(int argc, char **argv)
 {
-    fill_closed_streams();
+    ibl_port_begin(argc, argv);
     /* Of two words, since sets of probes are what was merged. */
     const char *word =
         argc > 2 && !strcmp(argv[1], "probes") ? argv[2] : argv[1];

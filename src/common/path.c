@@ -5,9 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include "port/port.h"
 #include "json/text.h"
 
 const char *ibl_path_name(const char *path)
@@ -18,11 +18,11 @@ const char *ibl_path_name(const char *path)
 
 int ibl_path_same(const char *a, const char *b)
 {
-    struct stat x, y;
+    ibl_port_file x, y;
 
-    if (stat(a, &x) || stat(b, &y))
+    if (!ibl_port_identify(a, &x) || !ibl_port_identify(b, &y))
         return errno == ENOENT || errno == ENOTDIR ? 0 : -1;
-    return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+    return x.device == y.device && x.number == y.number;
 }
 
 char *ibl_path_join(const char *directory, const char *name)
@@ -76,11 +76,9 @@ bool ibl_path_of_part(const char *name, char path[IBL_PART_BYTES])
     /* In a build, and of its tests; installed under any prefix. */
     static const char *const places[] = {"", "../lib/iblbake/", "../"};
     char program[2048];
-    const ssize_t length = readlink("/proc/self/exe", program, sizeof program);
 
-    if (length <= 0 || (size_t)length >= sizeof program)
+    if (!ibl_port_program(program, sizeof program))
         return false;
-    program[length] = '\0';
     *strrchr(program, '/') = '\0';
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         snprintf(path, IBL_PART_BYTES, "%s/%s%s", program, places[i], name);

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#define _GNU_SOURCE /* program_invocation_short_name */
+#define _GNU_SOURCE /* vasprintf */
 #include "common/signals.h"
 
-#include <errno.h>
 #include <jansson.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,19 +10,7 @@
 #include <unistd.h>
 
 #include "ibl/io.h"
-
-/* Signals from outside that end a program, and ABRT, raised by libraries. */
-static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
-                             SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
-
-/* The handler. The signal is blocked while it runs, so the raised one arrives
- * when it returns, with the default action. */
-static void die(int number)
-{
-    ibl_outputs_abort_all();
-    signal(number, SIG_DFL);
-    raise(number);
-}
+#include "port/port.h"
 
 static void *need_bytes(size_t size)
 {
@@ -33,16 +19,7 @@ static void *need_bytes(size_t size)
 
 void ibl_signals_catch(void)
 {
-    struct sigaction action = {.sa_handler = die}, old;
-    const size_t count = sizeof caught / sizeof *caught;
-
-    sigemptyset(&action.sa_mask);
-    for (size_t i = 0; i < count; i++)
-        sigaddset(&action.sa_mask, caught[i]);
-    for (size_t i = 0; i < count; i++)
-        if (!sigaction(caught[i], NULL, &old) && old.sa_handler != SIG_IGN)
-            sigaction(caught[i], &action, NULL);
-    signal(SIGXFSZ, SIG_IGN);
+    ibl_port_catch_signals(ibl_outputs_abort_all);
     json_set_alloc_funcs(need_bytes, free);
 }
 
@@ -51,7 +28,7 @@ void *ibl_need(void *p)
     if (p)
         return p;
     fprintf(stderr, "%s: no memory: ask for less, or end other programs\n",
-            program_invocation_short_name);
+            ibl_port_name());
     ibl_outputs_abort_all();
     _exit(1); /* other threads may run: no exit functions */
 }

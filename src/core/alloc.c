@@ -1,22 +1,18 @@
 /* SPDX-License-Identifier: MIT */
-#define _DEFAULT_SOURCE
 #include "core/alloc.h"
 
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "ibl/ibl.h"
+#include "port/port.h"
 
 enum {
     ALIGNMENT = 64,
-    PAGE = 1 << 16,      /* whole pages on every system */
-    HUGE_PAGE = 1 << 21, /* on x86-64 and on arm64 with pages of 4 KiB */
-    FROM = 1 << 17,      /* bytes of the smallest block in the heap */
+    PAGE = 1 << 16, /* whole pages on every system */
+    FROM = 1 << 17, /* bytes of the smallest block in the heap */
     HEAP = 1 << 26,
     BLOCKS = HEAP / FROM
 };
@@ -66,12 +62,8 @@ ibl_status ibl_set_allocator(const ibl_allocator *allocator)
 
 static void *take_huge(size_t bytes)
 {
-    void *p = aligned_alloc(HUGE_PAGE, ((bytes - 1) | (HUGE_PAGE - 1)) + 1);
-#ifdef MADV_HUGEPAGE
-    if (p)
-        madvise(p, bytes, MADV_HUGEPAGE); /* failure does no harm */
-#endif
-    return p;
+    return ibl_port_alloc(IBL_PORT_HUGE,
+                          ((bytes - 1) | (IBL_PORT_HUGE - 1)) + 1);
 }
 
 /* A block of the heap; NULL: it has no room. */
@@ -104,7 +96,7 @@ static void free_unused_heap(void)
 {
     if (count || holders)
         return;
-    free(heap);
+    ibl_port_free(heap);
     heap = NULL;
 }
 
@@ -143,8 +135,8 @@ void ibl_alloc_release(void)
 /* Bytes of physical memory. */
 static size_t physical(void)
 {
-    const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
-    return pages > 0 && size > 0 ? (size_t)pages * (size_t)size : SIZE_MAX;
+    const uint64_t bytes = ibl_port_memory();
+    return bytes && bytes < SIZE_MAX ? (size_t)bytes : SIZE_MAX;
 }
 
 /* Memory from the program or the C library, without huge pages. */
@@ -155,12 +147,12 @@ static void *alloc_plain(size_t bytes)
     if (hook.alloc)
         return hook.alloc(hook.cookie, bytes, ALIGNMENT);
     bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    return aligned_alloc(ALIGNMENT, bytes);
+    return ibl_port_alloc(ALIGNMENT, bytes);
 }
 
 static bool fits(size_t n, size_t size)
 {
-    return !size || n <= (SIZE_MAX / 4 - HUGE_PAGE) / size;
+    return !size || n <= (SIZE_MAX / 4 - IBL_PORT_HUGE) / size;
 }
 
 void *ibl_alloc_array(size_t n, size_t size)
@@ -195,5 +187,5 @@ void ibl_free(void *p)
     if (p && hook.release)
         hook.release(hook.cookie, p);
     else if (!p || (uintptr_t)p % PAGE || !release(p))
-        free(p);
+        ibl_port_free(p);
 }

@@ -19,10 +19,4 @@
 #define IBL_ARM64 0
 #endif
 
-/* CPUs that the cgroups of this process allow, of version 2, rounded up; 0: no
- * limit. root is the prefix of system paths: "", or a directory in tests. */
-int ibl_cpu_quota(const char *root);
-/* The same for bytes of memory. */
-uint64_t ibl_memory_quota(const char *root);
-
 #endif

@@ -17,12 +17,12 @@
 #include <assert.h>
 #include <pthread.h>
 #include <sched.h>
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <time.h>
 
 #include "core/alloc.h"
+#include "port/port.h"
 
 enum {
     SPIN_NS = 50000,
@@ -183,22 +183,6 @@ static void *worker_main(void *arg)
 
 /* ---- the calls ------------------------------------------------------ */
 
-/* Starts a worker that blocks all signals except its own faults: a program's
- * signal handlers then run on the program's own threads. */
-static int start_worker(struct worker *w)
-{
-    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
-    sigset_t blocked, before;
-
-    sigfillset(&blocked);
-    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
-        sigdelset(&blocked, faults[i]);
-    pthread_sigmask(SIG_BLOCK, &blocked, &before);
-    const int error = pthread_create(&w->thread, NULL, worker_main, w);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return error;
-}
-
 ibl_pool *ibl_pool_create(int threads, bool spins)
 {
     ibl_pool *pool = ibl_alloc_zeroed(1, sizeof *pool);
@@ -216,7 +200,7 @@ ibl_pool *ibl_pool_create(int threads, bool spins)
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
         w->index = i;
-        if (start_worker(w))
+        if (!ibl_port_start(&w->thread, worker_main, w))
             goto fail;
         pool->started++;
     }

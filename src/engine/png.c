@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine/png.h"
 
+#include <limits.h>
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "json/text.h"
 
 enum {
     HEADER_BYTES = 33,  /* signature and IHDR chunk */
@@ -202,13 +205,14 @@ ibl_status ibl_png_keys(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
     for (size_t at = 8; !status && size - at >= CHUNK_BYTES;) {
         const size_t length = png_get_uint_32(bytes + at);
         const char *data = (const char *)bytes + at + 8;
-        if (length > size - at - CHUNK_BYTES || !memcmp(data - 4, "IDAT", 4))
+        if (length > size - at - CHUNK_BYTES || length > INT_MAX ||
+            !memcmp(data - 4, "IDAT", 4))
             break;
         at += CHUNK_BYTES + length;
         const size_t key = strnlen(data, length) + 1;
         if (memcmp(data - 4, "tEXt", 4) != 0 || key > length || key == 1)
             continue;
-        char *value = strndup(data + key, length - key);
+        char *value = ibl_format("%.*s", (int)(length - key), data + key);
         status =
             value ? ibl_texture_set(ctx, tex, data, value) : IBL_ERR_MEMORY;
         free(value);

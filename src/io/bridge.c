@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/bridge.h"
 
-#include <dlfcn.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
+#include "port/port.h"
 
 #ifndef IBL_BRIDGE
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
@@ -29,25 +29,27 @@ ibl_status ibl_bridge_find(const ibl_input *in, const char *object,
     const char *given = ibl_ctx_bridge(in->ctx);
     const char *bridge = given ? given : ibl_bridge_path();
     const char *slash = strrchr(bridge, '/');
-    char path[4096];
+    char path[IBL_PORT_PATH], why[IBL_PORT_WHY];
 
     snprintf(path, sizeof path, "%.*s%s",
              object && slash ? (int)(slash + 1 - bridge) : 0, bridge,
              object ? object : bridge);
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = library ? dlsym(library, function) : NULL;
-    /* POSIX lets it become a function pointer; C has no cast. */
-    memcpy(call, &symbol, sizeof symbol);
-    if (symbol)
+    if (ibl_port_load(path, function, call, why))
         return IBL_OK;
-    if (library)
+    if (!ibl_port_loads)
+        return ibl_unsupported(
+            in, "%s, which this build does not read: %s, or bake it on Linux",
+            needs,
+            object ? "save it with the compression ZIP"
+                   : "save it as .hdr or .exr");
+    if (!*why)
         return ibl_unsupported(in,
                                "%s is not the image bridge of this version: "
                                "install or build iblbake again",
                                path);
     return ibl_unsupported(
         in, "%s, which needs %s, which cannot be loaded: %s: %s", needs,
-        object ? object : "the image bridge", dlerror(),
+        object ? object : "the image bridge", why,
         object ? "install or build iblbake again"
                : "install the package libopenimageio2.4, or "
                  "libopenimageio-dev and build iblbake again");

@@ -652,7 +652,10 @@ static ibl_status begin(exr_reader *file)
         return IBL_OK;
     snprintf(needs, sizeof needs, "is OpenEXR, %s",
              compression_name(file->compression));
-    return ibl_bridge_find(file->in, "libiblexr.so", needs, IBL_OPENEXR_UNPACK,
+    return ibl_bridge_find(file->in, "libiblexr.so", needs,
+                           file->compression < EXR_COMPRESSION_DWAA
+                               ? IBL_OPENEXR_UNPACK
+                               : IBL_OPENEXR_UNPACK_DWA,
                            &file->library);
 }
 

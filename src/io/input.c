@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#define _DEFAULT_SOURCE
 #include "io/input.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <locale.h>
 #include <math.h>
-#include <poll.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,6 +14,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "port/port.h"
 
 /* The functions themselves, so that the library needs no other one. */
 #define XXH_INLINE_ALL
@@ -30,7 +27,7 @@ enum {
 };
 
 /* More than any map, so that an endless stream does not fill the memory. */
-#define MOST_STREAM ((size_t)4 << 30)
+#define MOST_STREAM ((uint64_t)4 << 30)
 
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)
@@ -78,7 +75,6 @@ static ibl_status read_stream(ibl_input *in)
 {
     const uint64_t half = ibl_ctx_memory(in->ctx) / 2;
     const size_t most = half < MOST_STREAM ? (size_t)half : MOST_STREAM;
-    struct pollfd p = {.fd = in->fd, .events = POLLIN};
     size_t room = 0;
 
     for (;;) {
@@ -96,7 +92,7 @@ static ibl_status read_stream(ibl_input *in)
         }
         if (ibl_cancelled(in->ctx))
             return IBL_ERR_CANCELLED;
-        if (poll(&p, 1, POLL_MS) <= 0)
+        if (!ibl_port_readable(in->fd, POLL_MS))
             continue;
         const ssize_t n =
             read(in->fd, (char *)in->owned + in->size, room - in->size);
@@ -121,9 +117,7 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_input *in)
     const char *why = NULL;
 
     *in = ibl_input_of(ctx, named ? path : "standard input", NULL, 0);
-    /* O_NONBLOCK: else to open a FIFO without a writer cannot be cancelled. */
-    in->fd = named ? open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)
-                   : STDIN_FILENO;
+    in->fd = named ? ibl_port_open(path) : STDIN_FILENO;
     if (in->fd < 0 || fstat(in->fd, &st))
         return ibl_reject(in, IBL_ERR_IO, "cannot be opened: %s",
                           strerror(errno));
@@ -208,8 +202,8 @@ bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
         return true;
     }
     while (*got < size) {
-        const ssize_t n = pread(in->fd, (char *)dst + *got, size - *got,
-                                (off_t)(offset + *got));
+        const ptrdiff_t n = ibl_port_read_at(in->fd, (char *)dst + *got,
+                                             size - *got, offset + *got);
         if (n == 0)
             return true;
         if (n < 0 && errno != EINTR)
@@ -239,14 +233,9 @@ ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH])
 
 bool ibl_take_number(char **t, double *value)
 {
-    const locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    const locale_t was = uselocale(plain);
     char *end;
 
-    *value = strtod(*t, &end);
-    uselocale(was);
-    if (plain)
-        freelocale(plain);
+    *value = ibl_port_number(*t, &end);
     if (end == *t || isnan(*value))
         return false;
     *t = end;
@@ -290,8 +279,7 @@ int ibl_hash_file(const char *path, char text[IBL_FILE_HASH])
     struct stat st;
     ssize_t got = -1;
     ibl_hash h;
-    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
-    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const int fd = ibl_port_open(path);
 
     ibl_hash_begin(&h);
     if (fd >= 0 && !fstat(fd, &st)) {

@@ -10,12 +10,9 @@
  * ibl_outputs_abort_all may run in a signal handler at any point. It uses only
  * arrays of fixed size, and waits for the changes of other threads.
  */
-#define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -23,9 +20,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/utsname.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -34,9 +29,10 @@
 #include "ibl/io.h"
 #include "io/container.h"
 #include "io/input.h"
+#include "port/port.h"
 
 enum {
-    PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
+    PATH_BYTES = IBL_PORT_PATH,
     SUFFIX_BYTES = 64,     /* maximum that a temporary's name is longer */
     KEPT_NAME_BYTES = 128, /* most of the target's name in a temporary's */
     CHUNK = 1 << 22,       /* bytes written between two checks for a cancel */
@@ -45,9 +41,8 @@ enum {
 
 /* A file of the set. */
 typedef struct slot {
-    dev_t device; /* of the target's directory */
-    ino_t inode;
-    int lock; /* of that, with its first slot of a commit; or -1 */
+    ibl_port_file dir; /* of the target */
+    int lock;          /* of that, with its first slot of a commit; or -1 */
     char hash[IBL_FILE_HASH]; /* of the bytes */
     char target[PATH_BYTES];  /* not a symbolic link */
     char temporary[PATH_BYTES];
@@ -156,20 +151,17 @@ void ibl_outputs_hold(ibl_outputs *out, int directory)
 
 /* Between these no signal stops the thread, and ibl_outputs_abort_all waits, so
  * that it finds each file of the set. False: the set is aborted. */
-static bool begin_change(ibl_outputs *out, sigset_t *before)
+static bool begin_change(ibl_outputs *out)
 {
-    sigset_t all;
-
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, before);
+    ibl_port_hold_signals();
     out->changes = true;
     return !out->aborted;
 }
 
-static void end_change(ibl_outputs *out, const sigset_t *before)
+static void end_change(ibl_outputs *out)
 {
     out->changes = false;
-    pthread_sigmask(SIG_SETMASK, before, NULL);
+    ibl_port_release_signals();
 }
 
 /* ---- directories ---------------------------------------------------- */
@@ -193,7 +185,7 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         IBL_MAX_OUTPUT_DIRS);
 
     memcpy(out->dirs[out->dir_count], path, strlen(path) + 1);
-    if (!mkdir(path, 0777)) {
+    if (ibl_port_make_folder(path)) {
         out->dir_count++;
         return IBL_OK;
     }
@@ -210,10 +202,9 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_mkdir: out");
     ibl_status status = check_length(out, path);
-    sigset_t before;
     size_t n = 0;
 
-    if (!begin_change(out, &before))
+    if (!begin_change(out))
         status = IBL_ERR_CANCELLED;
     while (!status && path[n]) {
         n += strspn(path + n, "/");
@@ -222,7 +213,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
         prefix[n] = '\0';
         status = make_dir(out, prefix);
     }
-    end_change(out, &before);
+    end_change(out);
     return status;
 }
 
@@ -244,18 +235,13 @@ static void name_dir(const char *path, char dir[PATH_BYTES])
 
 static const char mark[] = ".iblbake-";
 
-/* A hash of what a PID is valid in, FNV-1a of 32 bits: the host's name, since
- * machines share file systems, and the namespace, since containers do. */
+/* A hash of what a PID is valid in, FNV-1a of 32 bits. */
 static unsigned place(void)
 {
-    struct utsname system = {.nodename = ""};
-    char names[sizeof system.nodename + 64] = "";
+    char names[IBL_PORT_PATH];
     uint32_t hash = 2166136261u;
 
-    uname(&system);
-    size_t n = strlen(memcpy(names, system.nodename, sizeof system.nodename));
-    if (readlink("/proc/self/ns/pid", names + n, 63) < 0)
-        names[n] = '\0';
+    ibl_port_place(names);
     for (const char *c = names; *c; c++)
         hash = (hash ^ (unsigned char)*c) * 16777619u;
     return hash;
@@ -287,24 +273,24 @@ static bool is_left(const char *name, unsigned here)
            sscanf(last + sizeof mark - 1, "%8x-%ld-%u.tmp%n", &made_by, &pid,
                   &serial, &end) == 3 &&
            end && !last[sizeof mark - 1 + (size_t)end] && made_by == here &&
-           pid > 0 && kill((pid_t)pid, 0) && errno == ESRCH;
+           ibl_port_is_gone(pid);
 }
 
 /* Removes temporaries of killed processes. */
-static void sweep(int directory)
+static void sweep(const char *directory)
 {
-    const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *dir = fd < 0 ? NULL : fdopendir(fd);
+    DIR *dir = opendir(directory);
     const unsigned here = place();
+    char path[2 * PATH_BYTES];
     const struct dirent *d;
 
-    while (dir && (d = readdir(dir)))
+    while (dir && (d = readdir(dir))) {
+        snprintf(path, sizeof path, "%s/%s", directory, d->d_name);
         if (is_left(d->d_name, here))
-            unlinkat(directory, d->d_name, 0);
+            unlink(path);
+    }
     if (dir)
         closedir(dir);
-    else if (fd >= 0)
-        close(fd);
 }
 
 /* ---- adding --------------------------------------------------------- */
@@ -337,16 +323,15 @@ static ibl_status check_existing(const ibl_outputs *out, const char *path)
  * that waits for it; 0: the same directory. */
 static int compare_dirs(const slot *a, const slot *b)
 {
-    if (a->device != b->device)
-        return a->device < b->device ? -1 : 1;
-    return a->inode < b->inode ? -1 : a->inode > b->inode;
+    if (a->dir.device != b->dir.device)
+        return a->dir.device < b->dir.device ? -1 : 1;
+    return a->dir.number < b->dir.number ? -1 : a->dir.number > b->dir.number;
 }
 
 /* Sets the target of s, the identity of its directory, and the temporary's
  * name. Of a link the file that it names is the target. */
 static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 {
-    struct stat st;
     char dir[PATH_BYTES];
     ibl_status status = check_length(out, path);
     if (!status)
@@ -354,8 +339,8 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     if (status)
         return status;
     memcpy(s->target, path, strlen(path) + 1);
-    if (!lstat(path, &st) && S_ISLNK(st.st_mode)) {
-        if (!realpath(path, s->target))
+    if (ibl_port_is_link(path)) {
+        if (!ibl_port_resolve(path, s->target))
             return ibl_fail(out->ctx, IBL_ERR_IO,
                             "%s: is a link that cannot be followed: %s: choose "
                             "another name",
@@ -369,10 +354,8 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
                         path);
 
     name_dir(s->target, dir);
-    if (stat(dir, &st))
+    if (!ibl_port_identify(dir, &s->dir))
         return failed(out, path, "its directory cannot be reached");
-    s->device = st.st_dev;
-    s->inode = st.st_ino;
     s->lock = -1;
     for (int i = 0; i < out->count; i++)
         if (!compare_dirs(&out->slots[i], s) &&
@@ -406,18 +389,6 @@ static const char *write_piece(const ibl_outputs *out, int fd, ibl_piece piece)
     return NULL;
 }
 
-/* File systems that cannot flush return EINVAL. */
-static const char *flush_file(int fd)
-{
-    while (fsync(fd)) {
-        if (errno == EINVAL)
-            break;
-        if (errno != EINTR)
-            return "cannot be flushed to the disk";
-    }
-    return NULL;
-}
-
 /* Writes and closes a temporary. Returns NULL, `cancelled`, or what failed,
  * with errno. Runs on any thread; the caller's thread reports the failure. */
 static const char *write_temporary(const ibl_outputs *out, slot *s, int fd,
@@ -432,8 +403,8 @@ static const char *write_temporary(const ibl_outputs *out, slot *s, int fd,
         ibl_hash_add(&hash, file->piece[i].bytes, file->piece[i].size);
     }
     ibl_hash_end(&hash, s->hash);
-    if (!trouble && out->sync)
-        trouble = flush_file(fd);
+    if (!trouble && out->sync && !ibl_port_flush(fd))
+        trouble = "cannot be flushed to the disk";
     const int error = errno;
     /* NFS reports a full disk only here. */
     if (close(fd) && errno != EINTR && !trouble)
@@ -453,8 +424,6 @@ static ibl_status report(const ibl_outputs *out, const char *path,
 static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
                              int *fd)
 {
-    sigset_t before;
-
     if (ibl_cancelled(out->ctx))
         return IBL_ERR_CANCELLED;
     if (out->count == IBL_MAX_OUTPUTS)
@@ -465,19 +434,18 @@ static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
     ibl_status status = aim(out, path, *s);
     if (status)
         return status;
-    if (!begin_change(out, &before)) {
+    if (!begin_change(out)) {
         status = ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
                           "%s: its set of outputs was aborted", path);
     } else {
         unlink((*s)->temporary); /* of a killed process that had our PID */
-        *fd = open((*s)->temporary,
-                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        *fd = ibl_port_create((*s)->temporary);
         if (*fd >= 0)
             out->count++;
         else
             status = failed(out, path, "cannot be created");
     }
-    end_change(out, &before);
+    end_change(out);
     return status;
 }
 
@@ -493,12 +461,11 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
     if (!trouble)
         return IBL_OK;
     status = report(out, path, trouble);
-    sigset_t before;
-    if (begin_change(out, &before)) {
+    if (begin_change(out)) {
         unlink(s->temporary);
         out->count--;
     }
-    end_change(out, &before);
+    end_change(out);
     return status;
 }
 
@@ -613,12 +580,11 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
 const char *ibl_outputs_hash(ibl_outputs *out, const char *path)
 {
     char real[PATH_BYTES];
-    struct stat st;
 
     if (!out || !path)
         return "";
     end_writing(out);
-    if (!lstat(path, &st) && S_ISLNK(st.st_mode) && realpath(path, real))
+    if (ibl_port_is_link(path) && ibl_port_resolve(path, real))
         path = real; /* the target of a link */
     for (int i = 0; i < out->count; i++)
         if (!strcmp(out->slots[i].target, path))
@@ -664,22 +630,23 @@ static void lock_dir(ibl_outputs *out, slot *s)
 {
     /* One search of a directory by a process, not for each of its sets. */
     static _Atomic uint64_t searched[SEARCHED];
-    const uint64_t id = (uint64_t)s->device << 48 ^ (uint64_t)s->inode;
+    const uint64_t id = s->dir.device << 48 ^ s->dir.number;
     const struct timespec nap = {.tv_nsec = 2000000};
-    struct stat st;
     char dir[PATH_BYTES];
+    ibl_port_file held;
 
     name_dir(s->target, dir);
-    s->lock = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    s->lock = ibl_port_open_folder(dir);
     if (s->lock < 0)
         return; /* writable but not readable */
-    const bool held = out->held >= 0 && !fstat(out->held, &st) &&
-                      st.st_dev == s->device && st.st_ino == s->inode;
-    while (!held && flock(s->lock, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK &&
+    const bool mine =
+        out->held >= 0 && ibl_port_identify_folder(out->held, &held) &&
+        held.device == s->dir.device && held.number == s->dir.number;
+    while (!mine && !ibl_port_lock_folder(s->lock, false) &&
            !ibl_cancelled(out->ctx))
         nanosleep(&nap, NULL);
     if (atomic_exchange(&searched[id % SEARCHED], id) != id)
-        sweep(s->lock);
+        sweep(dir);
 }
 
 static void lock_dirs(ibl_outputs *out)
@@ -704,7 +671,7 @@ static ibl_status rename_all(ibl_outputs *out)
 {
     for (int i = 0; i < out->count; i++) {
         const slot *s = &out->slots[i];
-        if (rename(s->temporary, s->target))
+        if (!ibl_port_replace(s->temporary, s->target))
             return failed(
                 out, s->target,
                 i ? "cannot be put in place, as others of its set were"
@@ -719,34 +686,32 @@ static ibl_status flush_dir(ibl_outputs *out, const char *path)
     ibl_status status = IBL_OK;
     char dir[PATH_BYTES];
     name_dir(path, dir);
-    const int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0)
+    const int folder = ibl_port_open_folder(dir);
+    if (folder < 0)
         return IBL_OK; /* the directory is writable but not readable */
-    if (fsync(fd) && errno == EIO)
+    if (!ibl_port_flush_folder(folder))
         status = failed(out, path, "its directory cannot be flushed");
-    close(fd);
+    ibl_port_close_folder(folder);
     return status;
 }
 
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
-    sigset_t before;
     ibl_status status = ibl_outputs_wait(out);
     if (status)
         return status;
 
     const int count = out->count; /* an abort may come */
     lock_dirs(out);
-    status = !begin_change(out, &before) || ibl_cancelled(out->ctx)
-                 ? IBL_ERR_CANCELLED
-                 : rename_all(out);
+    status = !begin_change(out) || ibl_cancelled(out->ctx) ? IBL_ERR_CANCELLED
+                                                           : rename_all(out);
     for (int i = 0; i < count; i++) {
         slot *s = &out->slots[i];
         if (s->lock < 0)
             continue;
         if (!status && out->sync)
             status = flush_dir(out, s->target);
-        close(s->lock);
+        ibl_port_close_folder(s->lock);
         s->lock = -1;
     }
     for (int i = 0; !status && out->sync && i < out->dir_count; i++)
@@ -755,6 +720,6 @@ ibl_status ibl_outputs_commit(ibl_outputs *out)
         out->count = out->dir_count = 0;
     else
         abort_set(out);
-    end_change(out, &before);
+    end_change(out);
     return status;
 }

@@ -2,7 +2,6 @@
 #include "json/json_load.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -10,6 +9,8 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "port/port.h"
 
 enum {
     FILE_BYTES = 1 << 28, /* glTF has buffers in its text */
@@ -52,8 +53,7 @@ json_t *ibl_json_parse(const char *name, const void *text, size_t size,
 
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
 {
-    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
-    const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    const int fd = ibl_port_open(path);
     json_t *root = NULL;
     struct stat st;
     FILE *file = NULL;

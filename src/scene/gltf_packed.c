@@ -2,12 +2,12 @@
 /* What is packed in glTF: EXT_meshopt_compression and
  * KHR_draco_mesh_compression; and the decoders for it and for WebP, which are
  * loaded when a file needs them. */
-#include <dlfcn.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "common/path.h"
+#include "port/port.h"
 #include "scene/gltf_reader.h"
 
 #ifndef IBL_SCENE_BRIDGE
@@ -16,26 +16,28 @@
 
 static const ibl_decoders none;
 static const ibl_decoders *loaded = &none;
-static char reason[256];
+static char reason[256]; /* empty: the decoders are there */
 
 /* It stays open: statics of its libraries do not survive unloading. */
 static void load(void)
 {
     const ibl_decoders *(*of)(int) = NULL;
-    char path[IBL_PART_BYTES];
+    char path[IBL_PART_BYTES], why[IBL_PORT_WHY];
 
+    if (!ibl_port_loads) {
+        strcpy(reason, "this build has no decoder for it: save the model "
+                       "without it, or use iblbake on Linux");
+        return;
+    }
     if (!ibl_path_of_part("libiblscene.so", path))
         strcpy(path, IBL_SCENE_BRIDGE);
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = library ? dlsym(library, "ibl_decoders_of") : NULL;
-    /* POSIX lets it become a function pointer; C has no cast. */
-    memcpy(&of, &symbol, sizeof of);
-    if (of && of(IBL_DECODERS_ABI))
+    if (ibl_port_load(path, "ibl_decoders_of", &of, why) &&
+        of(IBL_DECODERS_ABI))
         loaded = of(IBL_DECODERS_ABI);
     else
         snprintf(reason, sizeof reason,
                  "%.180s: install or build iblbake again",
-                 library ? "libiblscene.so is of another version" : dlerror());
+                 *why ? why : "libiblscene.so is of another version");
 }
 
 const ibl_decoders *ibl_gltf_decoders(void)

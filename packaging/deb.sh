@@ -1,0 +1,33 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# deb.sh BUILD VERSION: builds Debian's packages in BUILD/deb, of a copy of the
+# tree, and has lintian look at them.
+set -eu
+deb=$1/deb
+tree=$deb/iblbake-$2
+export GIT_CEILING_DIRECTORIES="$PWD/.."
+rm -rf "$deb"
+mkdir -p "$tree"
+{ git ls-files 2>/dev/null || find . -type f ! -path './build/*'; } |
+    tar -c -T - | tar -x -C "$tree"
+[ -e "$tree/REVISION" ] || git describe --always --dirty >"$tree/REVISION"
+cp -r packaging/debian "$tree"
+cat >"$tree/debian/changelog" <<END
+iblbake ($2-1) unstable; urgency=medium
+
+  * See NEWS.md.
+
+ -- $(sed -n 's/^Maintainer: //p' packaging/debian/control)  $(
+    date -R -r NEWS.md)
+END
+cd "$tree"
+DEB_BUILD_OPTIONS="noautodbgsym parallel=$(nproc)" \
+    dpkg-buildpackage -us -uc -b >../log 2>&1 || {
+    tail -n 20 ../log >&2
+    echo "iblbake: dpkg-buildpackage failed, see $deb/log" >&2
+    exit 1
+}
+cd ..
+rm -rf "iblbake-$2"
+lintian --fail-on warning,error --info ./*.changes
+ls -l ./*.deb

@@ -1,0 +1,126 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# The package of npm, as `make npm` packs it: installed into an empty folder, its
+# command and its functions beside the program that was built for this machine.
+set -u
+. tests/lib.sh
+slow='cases'
+need emcc clang node npm npx brotli
+version=$(sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' include/ibl/ibl.h)
+native=$build/iblbake
+[ -x "$native" ] || { echo "$native: not built"; exit 1; }
+log=$(sh packaging/npm.sh "$build" "$version" 2>&1) || { verdict build "$log"; end; exit; }
+verdict build
+cd "$work" || exit 1
+echo '{ "private": true, "type": "module" }' >package.json
+log=$(npm install --silent --no-audit --no-fund --offline \
+    "$build/npm/iblbake-$version.tgz" 2>&1) || { verdict install "$log"; end; exit; }
+verdict install
+package=$work/node_modules/iblbake
+npm=$package/bin/iblbake.cjs
+
+test_npx() {
+    [[ $(npx iblbake --version) = "iblbake $version"* ]] || npx iblbake --version
+    npx iblbake -q "$top/data/forest.exr" -o npx --size 16 2>&1
+    [ -s npx/forest_specular.ktx2 ] || echo 'made nothing'
+}
+
+# Without locks, signals of all kinds, and users that may not write.
+test_cases() {
+    (cd "$top" && PROGRAM=$npm BUILD=$build bash tests/check-cli.sh) >cases 2>&1 ||
+        grep FAILED cases
+    grep -qE '^[1-9][0-9]+ passed' cases || tail -n 1 cases
+}
+export EXCEPT='unprivileged|ulimit|TIFF|oiiotool|-isa|--threads'
+
+# Halves differ by one step at most, of few.
+compare() { # FOLDER FOLDER
+    local file
+    for file in "$1"/*.ktx2; do
+        node - "$file" "$2/${file##*/}" <<'END'
+const fs = require('fs'), [a, b] = process.argv.slice(2).map(f => {
+    const bytes = fs.readFileSync(f), at = Number(bytes.readBigUInt64LE(80));
+    return new Uint16Array(bytes.buffer, bytes.byteOffset + (at & ~1));
+});
+const other = a.reduce((n, x, i) => n + (x !== b[i]), 0);
+const far = a.reduce((n, x, i) => n + (Math.abs(x - b[i]) > 1), 0);
+if (a.length !== b.length || far || other > 1e-4 * a.length + 4)
+    console.log(process.argv[2], a.length, b.length, 'halves:', other, 'differ,', far, 'by more than a step');
+END
+    done
+}
+test_same_as_native() {
+    local set
+    for set in '' '--size 64 --mapping filament --lights 1 --skybox 64' '--lobe charlie'; do
+        # shellcheck disable=SC2086
+        "$native" --isa c -q "$top/data/sky.exr" -o native $set
+        # shellcheck disable=SC2086
+        "$npm" -q "$top/data/sky.exr" -o wasm $set
+        compare native wasm
+    done
+}
+
+test_compressions() {
+    local kind
+    have oiiotool || return
+    for kind in none rle zip zips piz pxr24 b44 b44a; do
+        oiiotool "$top/data/forest.exr" --resize 128x64 -d half --compression $kind -o $kind.exr
+        "$native" --isa c -q $kind.exr -o native --size 16
+        "$npm" -q $kind.exr -o wasm --size 16
+        compare native wasm
+    done
+    oiiotool "$top/data/forest.exr" --compression dwaa -o dwaa.exr
+    refused 1 'iblbake: dwaa.exr: is OpenEXR, DWA*this build does not read: save it*' \
+        "$npm" dwaa.exr -o dwaa
+    oiiotool "$top/data/forest.exr" -o tiff.tif
+    refused 1 'iblbake: tiff.tif: is TIFF, which this build does not read: save it*' \
+        "$npm" tiff.tif -o tiff
+}
+
+test_streams() {
+    "$npm" - -q -o stdin --size 16 <"$top/data/forest.exr"
+    "$npm" - -q -o piped --size 16 < <(cat "$top/data/forest.exr")
+    cmp stdin/env_specular.ktx2 piped/env_specular.ktx2
+    "$npm" info --json "$top/data/forest.exr" | head -c 1 | grep -q '{' || echo 'no pipe'
+}
+
+test_batch() {
+    mkdir maps
+    cp "$top"/data/{forest,sky}.exr maps
+    "$npm" maps -o batch --size 16 --incremental 2>&1 | grep -q 'baked 2 maps' || echo 'not two'
+    "$npm" maps -o batch --size 16 --incremental 2>&1 | grep -q 'kept 2' || echo 'not kept'
+    "$native" -q --isa c maps -o native-batch --size 16
+    compare native-batch batch
+}
+
+test_interrupted() {
+    local status signal
+    for signal in INT TERM; do
+        mkdir "$signal"
+        (cd "$signal" && interrupt $signal "$npm" -q "$top/data/sky.exr" \
+            --size 2048 --pixel bc6h --quality best -o left/made; echo $status >../status)
+        [ "$(<status)" -gt 128 ] || echo "$signal: status $(<status)"
+        find "$signal" -mindepth 1
+    done
+}
+
+test_sizes() { # the bars of issue 44
+    local wasm glue
+    wasm=$(brotli -c -q 11 -w 24 "$package/iblbake.wasm" | wc -c)
+    glue=$(cat "$package"/*.mjs | gzip -9 | wc -c)
+    [ "$wasm" -le 620000 ] && [ "$glue" -le 30000 ] || echo "$wasm and $glue bytes"
+}
+
+test_functions() {
+    cp "$top/tests/npm.mjs" .
+    node npm.mjs "$top/data/forest.exr" "$native" 2>&1
+    tsc --version >/dev/null 2>&1 || return 0
+    tsc --noEmit --lib es2022,dom "$package/index.d.ts"
+}
+
+for t in $(compgen -A function test_); do
+    picked "$t" || continue
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+    cd "$work" || exit 1
+done
+end

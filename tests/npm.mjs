@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The functions of the package of npm: prints what they do wrong.
+import assert from 'node:assert';
+import fs from 'node:fs';
+import { bake, convert, info, run, verify } from 'iblbake';
+
+const bytes = fs.readFileSync(process.argv[2]), name = 'forest.exr';
+const refused = async (promise, what) => assert.rejects(promise, error => {
+    assert.match(error.message, what);
+    assert(!error.message.includes('\n'));
+    return true;
+});
+
+const shares = [];
+const { files, report, log } = await bake(bytes, { name, size: 32, irradianceSize: 8,
+    only: ['specular', 'irradiance', 'json'], onProgress: done => shares.push(done) });
+assert.deepEqual(Object.keys(files).sort(),
+    ['forest.json', 'forest_irradiance.ktx2', 'forest_specular.ktx2']);
+assert.equal(report.source.path, name);
+assert.equal(log, '');
+assert(shares.length > 4 && shares.at(-1) === 1 && shares.every(s => s >= 0 && s <= 1));
+
+// A blob is taken too, runs beside each other give the same, lists have commas.
+const again = await Promise.all([1, 2].map(() => bake(new Blob([bytes]), { name,
+    size: 32, irradianceSize: 8, only: 'specular,irradiance,json' })));
+for (const one of again) assert.deepEqual(one.files, files);
+
+const texture = files['forest_specular.ktx2'];
+assert.equal((await info(texture, { name: 'a.ktx2' })).report.files[0].width, 32);
+assert.deepEqual(Object.keys((await convert(texture, { name: 'a.ktx2', to: 'b.dds' })).files),
+    ['b.dds']);
+assert((await verify(bytes, files, { name })).report.levels.length > 1);
+assert.match((await bake(bytes, { name, target: 'three', size: 32, explain: true })).text, /three/);
+
+await refused(bake(bytes, { name, colour: 3 }), /^--colour: unknown option/);
+await refused(bake(bytes, { name, size: 'large' }), /^--size large: /);
+await refused(bake(new Uint8Array(9), { name }), /^forest.exr: is no image/);
+await refused(bake(bytes.subarray(0, bytes.length / 2), { name }), /^forest.exr: EXR /);
+assert.equal((await run(['--help'])).status, 0);
+assert.equal((await run(['verify'])).status, 2);
+
+const stop = new AbortController(), begun = performance.now();
+setTimeout(() => stop.abort(), 200);
+await assert.rejects(bake(bytes, { name, pixel: 'bc6h', quality: 'best', size: 2048,
+    signal: stop.signal }), { name: 'AbortError' });
+assert(performance.now() - begun < 10000);
+await assert.rejects(bake(bytes, { signal: AbortSignal.abort() }), { name: 'AbortError' });
