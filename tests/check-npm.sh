@@ -97,8 +97,8 @@ test_interrupted() {
     local status signal
     for signal in INT TERM; do
         mkdir "$signal"
-        (cd "$signal" && interrupt $signal "$npm" -q "$top/data/sky.exr" \
-            --size 2048 --pixel bc6h --quality best -o left/made; echo $status >../status)
+        (cd "$signal" && interrupt "$signal" "$npm" -q "$top/data/sky.exr" \
+            --size 2048 --pixel bc6h --quality best -o left/made; echo "$status" >../status)
         [ "$(<status)" -gt 128 ] || echo "$signal: status $(<status)"
         find "$signal" -mindepth 1
     done
