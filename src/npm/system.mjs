@@ -26,15 +26,20 @@ export function run(module, args, host) {
     const { fs } = host;
     const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0 }]));
     const encoder = new TextEncoder(), decoder = new TextDecoder();
-    let exports, view, bytes;
+    let exports, view, bytes, leaving = 0;
 
     const look = () => { // the memory moves when it grows
         if (bytes?.buffer !== exports.memory.buffer) {
             bytes = new Uint8Array(exports.memory.buffer);
             view = new DataView(exports.memory.buffer);
         }
-        const status = host.interrupted?.();
-        if (status && exports.leave()) throw new Exit(status);
+        const status = !leaving && host.interrupted?.();
+        if (status) leave(status);
+    };
+    const leave = status => { // removes what was begun, through this host
+        leaving = true;
+        leaving = exports.leave();
+        if (leaving) throw new Exit(status);
     };
     const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
     const put = (at, string, room) => {
@@ -86,7 +91,7 @@ export function run(module, args, host) {
             try {
                 done += fs.writeSync(f.fd, from, done, from.length - done);
             } catch (error) {
-                if (error.code === 'EPIPE' && f.fd < 3 && exports.leave()) throw new Exit(141);
+                if (error.code === 'EPIPE' && f.fd < 3) leave(141);
                 if (error.code !== 'EAGAIN') throw error;
                 wait();
             }

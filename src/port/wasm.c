@@ -83,9 +83,13 @@ int ibl_port_cpu_quota(const char *root)
     return 0;
 }
 
+/* It never gets to run: who waits for its work does it. */
 bool ibl_port_start(pthread_t *thread, void *(*run)(void *), void *arg)
 {
-    return !pthread_create(thread, NULL, run, arg); /* which fails */
+    (void)run;
+    (void)arg;
+    *thread = 0;
+    return true;
 }
 
 static void (*leaving)(void);
