@@ -125,8 +125,8 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
-        fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
-        FORCE
+        fuzz fuzzers lint lobe-tables format install uninstall deb windows dist clean \
+        list budget FORCE
 
 ## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
@@ -620,6 +620,16 @@ uninstall:
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/cmake/iblbake" \
 	    "$(DESTDIR)$(INCLUDEDIR)/ibl" "$(DESTDIR)$(DATADIR)/iblbake" \
 	    2>/dev/null || true
+
+## deb: Debian's packages, in build/deb
+deb:
+	@DEPS=$(DEPS) sh tests/deps.sh deb
+	@sh packaging/deb.sh $(BUILD) $(VERSION)
+
+## windows: build/windows/iblbake-VERSION-windows.zip, by mingw
+windows:
+	@DEPS=$(DEPS) sh tests/deps.sh windows
+	+@sh packaging/windows.sh $(BUILD) $(VERSION)
 
 # Of what is committed, so that the tarball is the same wherever it is made.
 DIST := iblbake-$(VERSION)

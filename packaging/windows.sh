@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # windows.sh BUILD VERSION: builds for Windows on x86-64 in BUILD/windows and
 # packs BUILD/windows/iblbake-VERSION-windows.zip.
-# windows.sh BUILD VERSION TARGET...: makes these there, as tests/check_kern.exe.
+# windows.sh BUILD VERSION TARGET...: makes these there, as tests/check_kern.
 set -eu
 build=$1/windows deps=$1/windows/deps name=iblbake-$2-windows
 machine=x86_64-w64-mingw32
@@ -16,7 +16,7 @@ echo '1 24 "packaging/windows.manifest"' | $machine-windres -o "$build/manifest.
 # gcc does not align the stack to 32 bytes on Windows, and AVX's moves want that
 # unless the assembler takes others. Threads get the stack that POSIX's have.
 run_make() {
-    make -s DEPS=no BUILD="$build" PORT=windows CC=$CC AR=$AR HAVE_VIEW=no \
+    make -s -j"$(nproc)" DEPS=no BUILD="$build" PORT=windows CC=$CC AR=$AR HAVE_VIEW=no \
         HAVE_CXX= PKG_CONFIG_PATH=/nowhere DEFLATE=libdeflate \
         DEFLATE_CFLAGS=-DIBL_LIBDEFLATE=1 EXR_CFLAGS= ZSTD_CFLAGS= JSON_CFLAGS= \
         CLI_CFLAGS= CLI_LIBS= IO_LIBS="$deps/libdeps.a" BIN="$build/iblbake.exe" \
@@ -32,8 +32,10 @@ run_make() {
 }
 if [ $# -gt 2 ]; then
     shift 2
+    run_make "$build/libiblbake.a"
     for target; do
-        run_make "$build/$target"
+        run_make ISA='-Itests/windows -include tests/windows/sys/mman.h' \
+            "$build/$target"
     done
     exit
 fi

@@ -4,6 +4,8 @@
 #   deps.sh build    what compiling needs
 #   deps.sh check    what the tests need besides
 #   deps.sh bench    what comparing with other programs needs besides
+#   deps.sh deb      what Debian's packages need besides build, and their test
+#   deps.sh windows  what the program for Windows needs, and its test
 #   deps.sh name     names those of build, and fails if any is missing
 # DEPS=no: does nothing; the compiler or the test says what it misses.
 set -eu
@@ -66,12 +68,31 @@ bench="$check"'
 libfilament-tools:cmgen_to_compare_with
 gnuplot-nox:draws_the_plot_of_MEASURED
 '
+deb="$build"'
+debhelper:builds_packages
+dpkg-dev:the_same
+lintian:looks_at_them
+debootstrap:a_root_to_install_them_in
+'
+windows='
+make:make
+gcc-mingw-w64-x86-64-posix:C_compiler_for_Windows
+dpkg-dev:unpacks_the_sources_of_libraries
+mandoc:manuals_as_pages
+zip:packs_it
+unzip:its_test
+wine:runs_it
+wine64:the_same
+nodejs:its_test
+'
 
 case ${1:-} in
 build | name) wanted=$build ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
-*) echo 'usage: deps.sh build|check|bench|name' >&2; exit 2 ;;
+deb) wanted=$deb ;;
+windows) wanted=$windows ;;
+*) echo 'usage: deps.sh build|check|bench|deb|windows|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {
