@@ -13,7 +13,7 @@ mkdir -p "$tree"
 [ -e "$tree/REVISION" ] || git describe --always --dirty >"$tree/REVISION"
 cp -r packaging/debian "$tree"
 cat >"$tree/debian/changelog" <<END
-iblbake ($2-1) unstable; urgency=medium
+iblbake ($2-1~deb12u1) unstable; urgency=medium
 
   * See NEWS.md.
 

@@ -84,7 +84,7 @@ test_c_tests() {
     for name in check_levels check_kern; do
         sh -c 'cd "$1" && sh packaging/windows.sh "$2" "$3" "tests/$4"' sh \
             "$top" "$build" "$version" $name >log 2>&1 || { tail -n 3 log; continue; }
-        (cd "$top" && wine "$build/windows/tests/$name" 2>&1) >log ||
+        (cd "$top" && wine "$build/windows/tests/$name.exe" 2>&1) >log ||
             tail -n 5 log
         tail -n 1 log | grep -q '^[1-9].* 0 failed' || echo "$name: $(tail -n 1 log)"
     done
