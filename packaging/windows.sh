@@ -4,11 +4,12 @@
 # packs BUILD/windows/iblbake-VERSION-windows.zip.
 # windows.sh BUILD VERSION TARGET...: makes these there, as tests/check_kern.
 set -eu
-build=$1/windows deps=$1/windows/deps name=iblbake-$2-windows
+top=$PWD name=iblbake-$2-windows
+mkdir -p "$1/windows/deps"
+build=$(cd "$1/windows" && pwd) deps=$build/deps
 machine=x86_64-w64-mingw32
 export CC=$machine-gcc-posix AR=$machine-ar
-mkdir -p "$deps"
-[ -e "$deps/libdeps.a" ] ||
+[ "$deps/libdeps.a" -nt packaging/libraries.sh ] ||
     CFLAGS=-O2 sh packaging/libraries.sh "$1/sources" "$deps"
 $AR rcs "$deps/libdl.a" # dlopen() is in no library here
 echo '1 24 "packaging/windows.manifest"' | $machine-windres -o "$build/manifest.o"
@@ -44,21 +45,20 @@ run_make "$build/iblbake.exe" "$build/libiblbake.a" "$build/gen/ibl.hlsl"
 rm -rf "$build/$name" "$build/$name.zip"
 mkdir -p "$build/$name/include/ibl" "$build/$name/lib" "$build/$name/manual"
 cd "$build/$name"
-top=$OLDPWD
-cp "$top/$build/iblbake.exe" .
+cp "$build/iblbake.exe" .
 $machine-strip iblbake.exe
 cp "$top/LICENSE" LICENSE.txt
 cp "$top/NEWS.md" NEWS.txt
-cp "$top/$deps/licences.txt" LICENSES-of-libraries.txt
-cp "$top"/include/ibl/*.h "$top"/include/ibl/*.glsl "$top/$build/gen/ibl.hlsl" \
+cp "$deps/licences.txt" LICENSES-of-libraries.txt
+cp "$top"/include/ibl/*.h "$top"/include/ibl/*.glsl "$build/gen/ibl.hlsl" \
     include/ibl
 # The library as a DLL, with what compilers link it by, and whole.
 { echo EXPORTS; cat "$top/tests/symbols.txt"; } >lib/iblbake.def
 $CC -static -shared -s -o iblbake.dll lib/iblbake.def \
     -Wl,--out-implib,lib/libiblbake.dll.a -Wl,--whole-archive \
-    "$top/$build/libiblbake.a" -Wl,--no-whole-archive "$top/$deps/libdeps.a"
+    "$build/libiblbake.a" -Wl,--no-whole-archive "$deps/libdeps.a"
 printf 'create lib/libiblbake.a\naddlib %s\naddlib %s\nsave\n' \
-    "$top/$build/libiblbake.a" "$top/$deps/libdeps.a" | $AR -M
+    "$build/libiblbake.a" "$deps/libdeps.a" | $AR -M
 for page in "$top"/man/iblbake*.[17]; do
     mandoc -Thtml -Oman=%N.%S.html "$page" >"manual/${page##*/}.html"
 done
@@ -66,4 +66,4 @@ cd ..
 find "$name" -exec touch -d "$(date -R -r "$top/NEWS.md")" {} +
 zip -q -X -r "$name.zip" "$name"
 rm -r "$name"
-ls -l "$PWD/$name.zip" | sed "s|$top/||"
+ls -l "$build/$name.zip" | sed "s|$top/||"
