@@ -402,13 +402,13 @@ void ibl_port_release_signals(void)
     held = false;
 }
 
-/* Also the end of the console, of the user's session or of the system. The
- * system's own handler then ends the program. */
+/* Also the end of the console, of the user's session or of the system. Ends the
+ * program as the system's own handler does. */
 static BOOL WINAPI interrupted(DWORD event)
 {
     (void)event;
     leaving();
-    return FALSE;
+    ExitProcess((UINT)STATUS_CONTROL_C_EXIT);
 }
 
 static void aborted(int number)
