@@ -11,8 +11,8 @@
 #include "common/path.h"
 #include "common/signals.h"
 #include "ibl/sidecar.h"
-#include "json/json_text.h"
 #include "port/port.h"
+#include "json/json_text.h"
 
 /* ---- options ------------------------------------------------------------ */
 
@@ -112,9 +112,8 @@ static bool is_kept(const ibl_probes_bake *p)
                 ibl_port_identify(p->path[IBL_PROBES_INDEX], &index);
 
     for (int i = 0; i < IBL_PROBES_INDEX && kept; i++)
-        kept = !p->path[i] ||
-               (ibl_port_identify(p->path[i], &file) &&
-                file.written <= index.written);
+        kept = !p->path[i] || (ibl_port_identify(p->path[i], &file) &&
+                               file.written <= index.written);
     json_decref(old);
     return kept;
 }

@@ -37,23 +37,17 @@ static bool fail(void)
 {
     static const int of[][2] = {{ERROR_FILE_NOT_FOUND, ENOENT},
                                 {ERROR_PATH_NOT_FOUND, ENOENT},
-                                {ERROR_INVALID_DRIVE, ENOENT},
                                 {ERROR_INVALID_NAME, ENOENT},
                                 {ERROR_BAD_NETPATH, ENOENT},
-                                {ERROR_BAD_NET_NAME, ENOENT},
                                 {ERROR_ALREADY_EXISTS, EEXIST},
                                 {ERROR_FILE_EXISTS, EEXIST},
                                 {ERROR_DISK_FULL, ENOSPC},
                                 {ERROR_HANDLE_DISK_FULL, ENOSPC},
-                                {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG},
-                                {ERROR_NOT_ENOUGH_MEMORY, ENOMEM},
-                                {ERROR_OUTOFMEMORY, ENOMEM},
-                                {ERROR_TOO_MANY_OPEN_FILES, EMFILE},
-                                {ERROR_DIRECTORY, ENOTDIR},
-                                {ERROR_WRITE_PROTECT, EROFS},
                                 {ERROR_ACCESS_DENIED, EACCES},
                                 {ERROR_SHARING_VIOLATION, EACCES},
-                                {ERROR_LOCK_VIOLATION, EACCES}};
+                                {ERROR_DIRECTORY, ENOTDIR},
+                                {ERROR_WRITE_PROTECT, EROFS},
+                                {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG}};
     const int error = (int)GetLastError();
 
     errno = EIO;
@@ -347,22 +341,13 @@ int ibl_port_cpus(void)
     return (int)GetActiveProcessorCount(ALL_PROCESSOR_GROUPS);
 }
 
-/* Containers are jobs; their rate is in hundredths of a percent of all CPUs. */
 int ibl_port_cpu_quota(const char *root)
 {
-    const DWORD capped = JOB_OBJECT_CPU_RATE_CONTROL_ENABLE |
-                         JOB_OBJECT_CPU_RATE_CONTROL_HARD_CAP;
-    JOBOBJECT_CPU_RATE_CONTROL_INFORMATION rate;
-
-    if (*root ||
-        !QueryInformationJobObject(NULL, JobObjectCpuRateControlInformation,
-                                   &rate, sizeof rate, NULL) ||
-        (rate.ControlFlags & capped) != capped)
-        return 0;
-    const DWORD cpus = GetActiveProcessorCount(ALL_PROCESSOR_GROUPS);
-    return (int)((rate.CpuRate * (uint64_t)cpus + 9999) / 10000);
+    (void)root;
+    return 0;
 }
 
+/* Containers are jobs. */
 uint64_t ibl_port_memory_quota(const char *root)
 {
     JOBOBJECT_EXTENDED_LIMIT_INFORMATION job;
@@ -455,14 +440,7 @@ bool ibl_port_program(char *path, size_t size)
 
 const char *ibl_port_name(void)
 {
-    static char path[IBL_PORT_PATH];
-
-    if (!ibl_port_program(path, sizeof path))
-        return "iblbake";
-    char *name = strrchr(path, '/') + 1, *end = strrchr(name, '.');
-    if (end)
-        *end = '\0';
-    return name;
+    return "iblbake";
 }
 
 void ibl_port_place(char text[IBL_PORT_PATH])

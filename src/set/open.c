@@ -163,13 +163,12 @@ static ibl_status find_name(const opener *o)
                           strerror(errno));
     else if (!count)
         status = no_set(o);
-    else if (first != last ||
-             memcmp(list[0], list[count - 1], first) != 0)
-        status = ibl_fail(o->ctx, IBL_ERR_IO,
-                          "%s: holds several sets, from %.*s to %.*s: name one "
-                          "of their files",
-                          o->path, (int)first, list[0], (int)last,
-                          list[count - 1]);
+    else if (first != last || memcmp(list[0], list[count - 1], first) != 0)
+        status =
+            ibl_fail(o->ctx, IBL_ERR_IO,
+                     "%s: holds several sets, from %.*s to %.*s: name one "
+                     "of their files",
+                     o->path, (int)first, list[0], (int)last, list[count - 1]);
     else
         status = keep(o, list[0], first, &o->set->name);
     for (int i = 0; i < count; i++)
