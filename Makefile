@@ -69,9 +69,11 @@ SCENE_HAS := $(shell printf '%s\n' $(call ask,meshoptimizer.h,MESHOPT,meshoptimi
                $(CXX) -std=c++17 -E -P -x c++ - 2>/dev/null)
 HAVE_CXX := $(shell command -v $(firstword $(CXX)) 2>/dev/null)
 
-REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
-            -ffp-contract=off -fno-math-errno -fPIC \
-            -fno-semantic-interposition -fvisibility=hidden \
+# The system's file of src/port/, and what its libraries and threads take.
+PORT ?= posix
+PORT_FLAGS ?= -pthread -fPIC -fno-semantic-interposition
+REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc $(PORT_FLAGS) \
+            -ffp-contract=off -fno-math-errno -fvisibility=hidden \
             '-ffile-prefix-map=$(CURDIR)=.' -MMD -MP
 # Of the shared library; see CONTRIBUTING.md.
 SOVERSION := 1
@@ -83,8 +85,6 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
-# The system's file of src/port/.
-PORT ?= posix
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -92,7 +92,8 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c src/port/$(PORT).c
+           src/common/names.c src/common/path.c src/port/$(PORT).c \
+           $(if $(filter-out posix,$(PORT)),src/port/openexr.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -125,8 +126,8 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-clients check-pairs mutants coverage check-cycles soak bench \
-        fuzz fuzzers lint lobe-tables format install uninstall deb windows dist clean \
-        list budget FORCE
+        npm fuzz fuzzers lint lobe-tables format install uninstall deb windows dist \
+        clean list budget FORCE
 
 ## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
@@ -215,6 +216,14 @@ CLI_GEN := $(BUILD)/obj/gen/bench_page.o $(BUILD)/obj/gen/targets.o
 $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(IO_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
+
+# The same for WebAssembly, by the libraries of libraries.sh: make npm.
+WASM_LIBS := $(BUILD)/deps/libdeps.a
+$(BUILD)/iblbake.wasm: $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB) $(WASM_LIBS)
+	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=1MB \
+	    -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
+	    -sEXPORTED_FUNCTIONS=_main,_setThrew,stackSave,stackRestore \
+	    -o $@ $^
 
 # C++. Left out, with a word, where OpenImageIO is not installed.
 .PHONY: bridge
@@ -630,6 +639,12 @@ deb:
 windows:
 	@DEPS=$(DEPS) sh tests/deps.sh windows
 	+@sh packaging/windows.sh $(BUILD) $(VERSION)
+
+## npm: the package of npm, build/npm/iblbake-VERSION.tgz, by emscripten
+npm:
+	@DEPS=$(DEPS) sh tests/deps.sh npm
+	+@MAKE='$(MAKE)' sh packaging/npm.sh $(BUILD) $(VERSION)
+	@ls -l $(BUILD)/npm/iblbake-$(VERSION).tgz
 
 # Of what is committed, so that the tarball is the same wherever it is made.
 DIST := iblbake-$(VERSION)

@@ -85,14 +85,23 @@ wine:runs_it
 wine64:the_same
 nodejs:its_test
 '
+npm='
+make:make
+emscripten:compiles_to_WebAssembly
+clang:its_compiler
+dpkg-dev:unpacks_sources_of_libraries
+nodejs:runs_the_package
+npm:packs_it
+'
 
 case ${1:-} in
 build | name) wanted=$build ;;
+npm) wanted=$npm ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
 deb) wanted=$deb ;;
 windows) wanted=$windows ;;
-*) echo 'usage: deps.sh build|check|bench|deb|windows|name' >&2; exit 2 ;;
+*) echo 'usage: deps.sh build|check|bench|deb|npm|windows|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {

@@ -11,6 +11,7 @@
 
 #include "common/path.h"
 #include "common/process.h"
+#include "port/port.h"
 
 #define REDRAW_SECONDS 0.2
 
@@ -138,9 +139,11 @@ void ibl_console_progress(ibl_console *c, const char *stage, double done)
     const int width = (int)sizeof full - 1;
     const double t = run_stage(c, stage);
 
+    done = fmin(fmax(done, 0), 1);
+    if (!c->front)
+        ibl_port_progress(done);
     if (!c->terminal)
         return;
-    done = fmin(fmax(done, 0), 1);
     if (done < c->share || c->share_from <= 0)
         c->share_from = t;
     c->share = done;

@@ -31,17 +31,17 @@ ibl_status ibl_bridge_find(const ibl_input *in, const char *object,
     const char *slash = strrchr(bridge, '/');
     char path[IBL_PORT_PATH], why[IBL_PORT_WHY];
 
+    snprintf(path, sizeof path, "%.*s%s",
+             object && slash ? (int)(slash + 1 - bridge) : 0, bridge,
+             object ? object : bridge);
+    if (ibl_port_load(path, function, call, why))
+        return IBL_OK;
     if (!ibl_port_loads)
         return ibl_unsupported(
             in, "%s, which this build does not read: %s, or bake it on Linux",
             needs,
             object ? "save it with the compression ZIP"
                    : "save it as .hdr or .exr");
-    snprintf(path, sizeof path, "%.*s%s",
-             object && slash ? (int)(slash + 1 - bridge) : 0, bridge,
-             object ? object : bridge);
-    if (ibl_port_load(path, function, call, why))
-        return IBL_OK;
     if (!*why)
         return ibl_unsupported(in,
                                "%s is not the image bridge of this version: "

@@ -202,7 +202,10 @@ ibl_status ibl_exr_begin(ibl_exr_file *file)
         return IBL_OK;
     snprintf(needs, sizeof needs, "is OpenEXR, %s",
              ibl_exr_compression_name(file->compression));
-    return ibl_bridge_find(file->in, "libiblexr.so", needs, IBL_OPENEXR_UNPACK,
+    return ibl_bridge_find(file->in, "libiblexr.so", needs,
+                           file->compression < EXR_COMPRESSION_DWAA
+                               ? IBL_OPENEXR_UNPACK
+                               : IBL_OPENEXR_UNPACK_DWA,
                            &file->library);
 }
 

@@ -27,7 +27,7 @@ enum {
 };
 
 /* More than any map, so that an endless stream does not fill the memory. */
-#define MOST_STREAM ((size_t)4 << 30)
+#define MOST_STREAM ((uint64_t)4 << 30)
 
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)

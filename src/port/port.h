@@ -91,6 +91,8 @@ void ibl_port_catch_signals(void (*leave)(void));
 /* First of all in main: the standard streams are open, and as they are in
  * POSIX; paths have no separator but '/'. */
 void ibl_port_begin(int argc, char **argv);
+/* Tells who runs the program as a part of theirs what share is done. */
+void ibl_port_progress(double done);
 const char *ibl_port_name(void); /* of the program */
 /* The file of the program. */
 bool ibl_port_program(char *path, size_t size);

@@ -294,6 +294,11 @@ void ibl_port_begin(int argc, char **argv)
                 return; /* no other file can be opened either */
 }
 
+void ibl_port_progress(double done)
+{
+    (void)done;
+}
+
 const char *ibl_port_name(void)
 {
     return program_invocation_short_name;

@@ -7,6 +7,7 @@
 #include "port/windows.h"
 #undef _WIN32_WINNT
 #define _WIN32_WINNT 0x0A00
+#include "io/bridge/openexr.h"
 #include "port/port.h"
 
 #include <errno.h>
@@ -438,6 +439,11 @@ bool ibl_port_program(char *path, size_t size)
     return length && length < size && use_slashes(path);
 }
 
+void ibl_port_progress(double done)
+{
+    (void)done;
+}
+
 const char *ibl_port_name(void)
 {
     return "iblbake";
@@ -464,14 +470,18 @@ bool ibl_port_is_gone(long process)
 
 const bool ibl_port_loads = false;
 
+/* What OpenEXRCore does is part of the program. */
 bool ibl_port_load(const char *library, const char *name, void *function,
                    char why[IBL_PORT_WHY])
 {
-    (void)name;
-    (void)function;
-    snprintf(why, IBL_PORT_WHY, "%.1000s: no such library for Windows",
-             library);
-    return false;
+    ibl_openexr_unpack *const unpack = ibl_openexr_unpack_1;
+
+    (void)library;
+    strcpy(why, "there is none");
+    if (strcmp(name, IBL_OPENEXR_UNPACK) != 0)
+        return false;
+    memcpy(function, &unpack, sizeof unpack);
+    return true;
 }
 
 /* A program that uses the library may have another locale. */

@@ -80,3 +80,11 @@ ibl_openexr_unpack_1(const exr_attr_chlist_t *channels,
         return 0;
     }
 }
+
+extern "C" __attribute__((visibility("default"))) int
+ibl_openexr_unpack_dwa_1(const exr_attr_chlist_t *channels,
+                         const exr_chunk_info_t *chunk, const void *packed,
+                         void *pixels)
+{
+    return ibl_openexr_unpack_1(channels, chunk, packed, pixels);
+}

@@ -14,6 +14,8 @@ extern "C" {
 
 /* The number in its name increases with every change. */
 #define IBL_OPENEXR_UNPACK "ibl_openexr_unpack_1"
+/* Of that kind, for DWA, which OpenEXRCore alone does not undo. */
+#define IBL_OPENEXR_UNPACK_DWA "ibl_openexr_unpack_dwa_1"
 
 /*
  * Undoes the compression of a block or tile, in the calling thread. Does not
@@ -25,7 +27,7 @@ extern "C" {
 typedef int ibl_openexr_unpack(const exr_attr_chlist_t *channels,
                                const exr_chunk_info_t *chunk,
                                const void *packed, void *pixels);
-ibl_openexr_unpack ibl_openexr_unpack_1;
+ibl_openexr_unpack ibl_openexr_unpack_1, ibl_openexr_unpack_dwa_1;
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+// The system of the program: runs an instance of it on the functions of node's
+// fs, or on those of memory.mjs, which have the same names.
+
+// errno of the C library that the program is linked with, by names of node.
+const ERRNO = {
+    EACCES: 2, EAGAIN: 6, EBADF: 8, EBUSY: 10, EEXIST: 20, EFBIG: 22,
+    EINVAL: 28, EIO: 29, EISDIR: 31, ELOOP: 32, EMFILE: 33, ENAMETOOLONG: 37,
+    ENOENT: 44, ENOSPC: 51, ENOSYS: 52, ENOTDIR: 54, ENOTEMPTY: 55, EPERM: 63,
+    EPIPE: 64, EROFS: 69, EXDEV: 75,
+};
+const O_WRITE = 1, O_EXCLUSIVE = 0o200, O_FOLDER = 0o200000;
+const TERMINAL = 2, FOLDER = 3, FILE = 4; // of WASI
+
+class Exit { // thrown through the program
+    constructor(status) { this.status = status; }
+}
+
+// Runs `module` with arguments; returns its exit status.
+//   fs           openSync, readSync and so on
+//   isTerminal   of a descriptor
+//   process, isGone, place    see port.h
+//   progress     is told the share that is done
+//   interrupted  asked now and then: a status to exit with, or 0
+export function run(module, args, host) {
+    const { fs } = host;
+    const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0 }]));
+    const encoder = new TextEncoder(), decoder = new TextDecoder();
+    let exports, view, bytes;
+
+    const look = () => { // the memory moves when it grows
+        if (bytes?.buffer !== exports.memory.buffer) {
+            bytes = new Uint8Array(exports.memory.buffer);
+            view = new DataView(exports.memory.buffer);
+        }
+        const status = host.interrupted?.();
+        if (status && exports.leave()) throw new Exit(status);
+    };
+    const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
+    const put = (at, string, room) => {
+        const coded = encoder.encode(string).subarray(0, room - 1);
+        bytes.set(coded, at);
+        bytes[at + coded.length] = 0;
+        return coded.length;
+    };
+    const guard = (call, sign) => (...given) => {
+        look();
+        try {
+            return call(...given) ?? 0;
+        } catch (error) {
+            if (error instanceof Exit || !error.code) throw error;
+            return sign * (ERRNO[error.code] ?? ERRNO.EIO);
+        }
+    };
+    const file = fd => files.get(fd) ?? fail('EBADF');
+    const fail = code => { throw Object.assign(new Error(code), { code }); };
+    const wait = () => Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
+
+    // Bytes that a call moved, of all pieces of memory that it was given.
+    const each = (pieces, count, result, move) => {
+        let all = 0;
+        for (let i = 0; i < count; i++) {
+            const at = view.getUint32(pieces + 8 * i, true);
+            const size = view.getUint32(pieces + 8 * i + 4, true);
+            const n = size ? move(bytes.subarray(at, at + size)) : 0;
+            all += n;
+            if (n < size) break;
+        }
+        view.setUint32(result, all, true);
+    };
+    const read = (f, into, at) => {
+        for (;;) {
+            try {
+                return fs.readSync(f.fd, into, 0, into.length, at);
+            } catch (error) {
+                if (error.code === 'EOF') return 0; // a pipe's, on Windows
+                if (error.code !== 'EAGAIN') throw error;
+                wait();
+                look();
+            }
+        }
+    };
+    const write = (f, from) => {
+        let done = 0;
+        while (done < from.length) {
+            try {
+                done += fs.writeSync(f.fd, from, done, from.length - done);
+            } catch (error) {
+                if (error.code !== 'EAGAIN') throw error;
+                wait();
+            }
+        }
+        return done;
+    };
+    const stat = (at, s) => {
+        const times = [s.atimeNs, s.mtimeNs, s.ctimeNs];
+        bytes.fill(0, at, at + 88);
+        view.setUint32(at, Number(s.dev & 0xffffffffn), true);
+        view.setUint32(at + 12, Number(s.mode), true);
+        view.setUint32(at + 16, Number(s.nlink), true);
+        view.setBigInt64(at + 40, s.size, true);
+        times.forEach((t, i) => {
+            view.setInt32(at + 56 + 8 * i, Number(t / 1000000000n), true);
+            view.setInt32(at + 60 + 8 * i, Number(t % 1000000000n), true);
+        });
+        view.setBigUint64(at + 80, s.ino, true);
+    };
+    const big = { bigint: true };
+
+    const system = {
+        __syscall_stat64(path, at) { stat(at, fs.statSync(text(path), big)); },
+        __syscall_lstat64(path, at) { stat(at, fs.lstatSync(text(path), big)); },
+        __syscall_fstat64(fd, at) { stat(at, fs.fstatSync(file(fd).fd, big)); },
+        __syscall_unlink(path) { fs.unlinkSync(text(path)); },
+        __syscall_rmdir(path) { fs.rmdirSync(text(path)); },
+        __syscall_mkdir(path) { fs.mkdirSync(text(path)); },
+        __syscall_rename(from, to) { fs.renameSync(text(from), text(to)); },
+        __syscall_faccessat(dir, path, how) { fs.accessSync(text(path), how); },
+        __syscall_readlink(path, to, room) {
+            const name = encoder.encode(fs.readlinkSync(text(path))).subarray(0, room);
+            bytes.set(name, to);
+            return name.length;
+        },
+        __syscall_getcwd(to, room) { return put(to, host.cwd(), room) + 1; },
+        __syscall_getdents64(fd, to, room) {
+            const f = file(fd), SIZE = 280;
+            let used = 0;
+            for (; f.at < f.names.length && used + SIZE <= room; f.at++, used += SIZE) {
+                bytes.fill(0, to + used, to + used + SIZE);
+                view.setBigUint64(to + used, 1n, true);
+                view.setBigUint64(to + used + 8, BigInt(f.at + 1), true);
+                view.setUint16(to + used + 16, SIZE, true);
+                put(to + used + 19, f.names[f.at], 256);
+            }
+            return used;
+        },
+    };
+    const wasi = {
+        args_sizes_get(count, size) {
+            view.setUint32(count, args.length, true);
+            view.setUint32(size, args.reduce((n, a) => n + encoder.encode(a).length + 1, 0), true);
+        },
+        args_get(list, at) {
+            args.forEach((arg, i) => {
+                view.setUint32(list + 4 * i, at, true);
+                at += put(at, arg, Infinity) + 1;
+            });
+        },
+        environ_sizes_get(count, size) {
+            view.setUint32(count, 0, true);
+            view.setUint32(size, 0, true);
+        },
+        environ_get() {},
+        clock_time_get(clock, precision, at) {
+            const ms = clock ? performance.now() : performance.timeOrigin + performance.now();
+            view.setBigUint64(at, BigInt(Math.round(ms * 1e6)), true);
+        },
+        clock_res_get(clock, at) { view.setBigUint64(at, 1000n, true); },
+        fd_read(fd, pieces, count, got) {
+            const f = file(fd);
+            each(pieces, count, got, to => {
+                const n = read(f, to, fd ? f.at : null);
+                f.at += n;
+                return n;
+            });
+        },
+        fd_pread(fd, pieces, count, at, got) {
+            at = Number(at);
+            each(pieces, count, got, to => {
+                const n = read(file(fd), to, at);
+                at += n;
+                return n;
+            });
+        },
+        fd_write(fd, pieces, count, got) {
+            each(pieces, count, got, from => write(file(fd), from));
+        },
+        fd_seek(fd, offset, whence, result) {
+            const f = file(fd);
+            if (fd < 3) fail('ESPIPE');
+            f.at = Number(offset) + (whence === 0 ? 0 : whence === 1 ? f.at
+                : f.names ? 0 : Number(fs.fstatSync(f.fd).size));
+            view.setBigInt64(result, BigInt(f.at), true);
+        },
+        fd_sync(fd) { fs.fsyncSync(file(fd).fd); },
+        fd_close(fd) {
+            const f = file(fd);
+            files.delete(fd);
+            if (fd > 2 && !f.names) fs.closeSync(f.fd);
+        },
+        fd_fdstat_get(fd, at) {
+            bytes.fill(0, at, at + 24);
+            bytes[at] = file(fd).names ? FOLDER : host.isTerminal(fd) ? TERMINAL : FILE;
+        },
+        proc_exit(status) { throw new Exit(status); },
+    };
+    const iblbake = {
+        open: guard((path, flags) => {
+            path = text(path);
+            const f = { at: 0 };
+            if (flags & O_FOLDER) f.names = ['.', '..', ...fs.readdirSync(path)];
+            else f.fd = fs.openSync(path, !(flags & O_WRITE) ? 'r'
+                : flags & O_EXCLUSIVE ? 'wx' : 'w');
+            let fd = 3;
+            while (files.has(fd)) fd++;
+            files.set(fd, f);
+            return fd;
+        }, -1),
+        process: () => host.process,
+        is_gone: process => { look(); return host.isGone(process) ? 1 : 0; },
+        place: (at, room) => { look(); put(at, host.place, room); },
+        progress: done => { look(); host.progress?.(done); },
+    };
+    // Functions that libraries longjmp out of are called by these.
+    const env = {
+        setTempRet0() {}, getTempRet0: () => 0,
+        emscripten_notify_memory_growth() {},
+        _emscripten_throw_longjmp() { throw env; },
+    };
+    const invoke = (index, ...given) => {
+        const stack = exports.stackSave();
+        try {
+            return exports.__indirect_function_table.get(index)(...given);
+        } catch (error) {
+            exports.stackRestore(stack);
+            if (error !== env) throw error;
+            exports.setThrew(1, 0);
+        }
+    };
+
+    const imports = { env: {}, wasi_snapshot_preview1: {}, iblbake };
+    for (const { module: from, name } of WebAssembly.Module.imports(module)) {
+        if (from === 'env')
+            imports.env[name] = name.startsWith('invoke_') ? invoke : env[name]
+                ?? guard(system[name] ?? (() => fail('ENOSYS')), -1);
+        else if (from !== 'iblbake')
+            imports[from][name] = guard(wasi[name] ?? (() => fail('ENOSYS')), 1);
+    }
+    exports = new WebAssembly.Instance(module, imports).exports;
+    try {
+        exports._start();
+        return 0;
+    } catch (error) {
+        if (error instanceof Exit) return error.status;
+        throw error;
+    } finally {
+        for (const [fd, f] of files)
+            if (fd > 2 && !f.names) fs.closeSync(f.fd);
+    }
+}
