@@ -23,7 +23,7 @@ for name in $names; do
 done
 verdict no-others "$(for deb in *.deb; do
     case " $names " in *" ${deb%%_*} "*) ;; *) echo "$deb" ;; esac; done)"
-verdict lintian "$(lintian --fail-on warning,error ./*.changes 2>&1)"
+verdict lintian "$(lintian --allow-root ./*.changes 2>&1)"
 
 # What they need and recommend.
 field() { dpkg-deb -f "$1"_*.deb "$2"; }

@@ -99,7 +99,7 @@ while read -r room allowed; do
     files "^src/$room/.*\.(c|h|cpp)$" | xargs grep -H '^#include "' |
         grep -vE "\"(ibl|$(echo "$allowed" | tr ' ' '|'))/"
 done >"$build/layers.txt" <<'ROOMS'
-port port
+port port io
 core core port
 image image core kern
 brdf brdf core
