@@ -53,25 +53,23 @@ files() { # of the root, without what dpkg writes down
         -path ./var/log -o -path ./var/cache \) -prune -o -print | sort)
 }
 files >"$work/before"
-installed() { dpkg --root="$root" -l | awk '$1 == "ii" { print $2 }'; }
-installed | sort >"$work/system"
+installed() {
+    dpkg --root="$root" -l | awk '$1 ~ /^i/ { sub(/:.*/, "", $2); print $2 }' | sort
+}
+installed >"$work/system"
 # What they depend on, by the system's apt, as the root has it.
 in_root() { chroot "$root" "$@"; }
 install() { # NAME...
-    local debs
+    local deb apt=(apt-get -qq --no-install-recommends
+        -o Dir::State::status="$root/var/lib/dpkg/status")
     # shellcheck disable=SC2046
-    debs=$(apt-get -qq --print-uris --no-install-recommends \
-        -o Dir::State::status="$root/var/lib/dpkg/status" install \
-        $(printf "./%s_*.deb " "$@") | awk '{ print $2 }')
+    "${apt[@]}" --download-only install $(printf './%s_*.deb ' "$@") 2>&1 >/dev/null
     # shellcheck disable=SC2046
-    apt-get -qq --download-only --no-install-recommends \
-        -o Dir::State::status="$root/var/lib/dpkg/status" install \
-        $(printf "./%s_*.deb " "$@") 2>&1 >/dev/null &&
-        cp $(printf "%s_*.deb " "$@") "$root/tmp" &&
-        for deb in $debs; do
-            [ ! -e "/var/cache/apt/archives/$deb" ] ||
-                cp "/var/cache/apt/archives/$deb" "$root/tmp"
-        done
+    for deb in $("${apt[@]}" -s install $(printf './%s_*.deb ' "$@") |
+        sed -n 's/^Inst \([^ ]*\) .*(\([^ ]*\) .*/\1_\2/p' | sed 's/:/%3a/g'); do
+        cp "/var/cache/apt/archives/$deb"_*.deb "$root/tmp" 2>/dev/null ||
+            cp "$deb"_*.deb "$root/tmp"
+    done
     in_root sh -c 'dpkg -i /tmp/*.deb && rm /tmp/*.deb' >"$work/log" 2>&1 ||
         tail -n 5 "$work/log"
 }
@@ -93,9 +91,9 @@ verdict libraries "$(in_root sh -c 'ldd /usr/bin/iblview /usr/lib/*/libiblbake.s
     grep 'not found')"
 
 # shellcheck disable=SC2046,SC2086
-ok purge in_root dpkg --purge $(installed | sed 's/:.*//' | sort |
-    comm -13 <(sed 's/:.*//' "$work/system") -)
+ok purge in_root dpkg --purge $(installed | comm -13 "$work/system" -)
 verdict nothing-left "$(files | diff "$work/before" - | grep '^>' | head -n 5)"
-verdict no-package-left "$(dpkg --root="$root" -l | grep ibl)"
+verdict no-package-left "$(dpkg --root="$root" -l 'ibl*' 'libibl*' 2>/dev/null |
+    grep '^[ir]')"
 cd "$top" || exit 1
 end
