@@ -142,8 +142,8 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .SECONDARY:
 .PHONY: all lib deps deps-named tests benches demo check check-run check-quick try \
         check-arm64 check-ports check-clients check-pairs mutants coverage check-cycles soak bench \
-        npm page fuzz fuzzers lint lobe-tables format install uninstall dist clean list budget \
-        FORCE
+        npm page fuzz fuzzers lint lobe-tables format install uninstall deb windows dist \
+        clean list budget FORCE
 
 ## all: the programs and the parts that they load (default)
 ifeq ($(DEPS),no)
@@ -631,6 +631,15 @@ page: npm
 	        $(THREE) && echo $(THREE) >$(BUILD)/npm-page/fetched; }
 	node src/npm/page/build.mjs $(BUILD)/page \
 	    $(BUILD)/npm-page/node_modules $(BUILD)/npm/package
+## deb: Debian's packages, in build/deb
+deb:
+	@DEPS=$(DEPS) sh tests/deps.sh deb
+	@sh packaging/deb.sh $(BUILD) $(VERSION)
+
+## windows: build/windows/iblbake-VERSION-windows.zip, by mingw
+windows:
+	@DEPS=$(DEPS) sh tests/deps.sh windows
+	+@sh packaging/windows.sh $(BUILD) $(VERSION)
 
 ## npm: the package of npm, build/npm/iblbake-VERSION.tgz, by emscripten
 npm:

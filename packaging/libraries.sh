@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 # libraries.sh SOURCES OUT: builds the libraries that the program reads and
 # writes files with, for a system that Debian has no packages of, by CC, AR and
-# CFLAGS: their headers in OUT/include, all objects in OUT/libdeps.a. The
-# sources are those of Debian, with its patches where they are served, unpacked
-# in SOURCES.
+# CFLAGS: headers in OUT/include, all objects in OUT/libdeps.a, and what their
+# licences ask to be told in OUT/licences.txt. The sources are those of Debian,
+# with its patches where they are served, unpacked in SOURCES.
 set -eu
 mkdir -p "$1" "$2/include" "$2/obj"
 sources=$(cd "$1" && pwd)
@@ -53,6 +53,12 @@ for entry in zlib_1.2.13 libdeflate_1.14 libzstd_1.5.4 jansson_2.14 \
     fetch $entry
 done
 
+for name in */; do
+    for text in "$name"LICENSE* "$name"COPYING* "$name"README.ijg; do
+        [ ! -f "$text" ] || { printf '==== %s\n\n' "$text"; cat "$text"; echo; }
+    done
+done >"$out/licences.txt"
+
 # ---- what their own builds would find out ------------------------------------
 
 cd "$out/include"
@@ -66,7 +72,7 @@ sed 's/@json_inline@/inline/; s/@json_have_[a-z_]*@/1/' \
     "$sources/jansson/src/jansson_config.h.in" >jansson_config.h
 sed -E 's/@JPEG_LIB_VERSION@/62/; s/@VERSION@/2.1.5/; s/@BITS_IN_JSAMPLE@/8/
     s/@LIBJPEG_TURBO_VERSION_NUMBER@/2001005/
-    s/#cmakedefine ([CDM].*)/#define \1/; s/#cmakedefine/#undef/' \
+    s/#cmakedefine ([CDM].*)/#define \1/; s/#cmakedefine ([A-Z_]*).*/#undef \1/' \
     "$sources/libjpeg-turbo/jconfig.h.in" >jconfig.h
 sed 's/@BUILD@/0/; s/@INLINE@/inline/; s/@THREAD_LOCAL@/_Thread_local/
     s/@SIZE_T@/__SIZEOF_SIZE_T__/; s/#cmakedefine/#undef/; s/@[A-Z_]*@//' \
@@ -76,12 +82,13 @@ sed -E 's/#cmakedefine01 (.*)/#define \1 1/; s/#cmakedefine/#undef/
     s/@Imath_VERSION_MAJOR@/3/; s/@Imath_VERSION_MINOR@/1/
     s/@Imath_VERSION_PATCH@/6/' \
     "$sources/imath/config/ImathConfig.h.in" >ImathConfig.h
-sed 's/#cmakedefine/#undef/; s/@OPENEXR_VERSION@/3.1.5/
+sed -E 's/#cmakedefine ([A-Z_]*).*/#undef \1/; s/@OPENEXR_VERSION@/3.1.5/
     s/@OpenEXR_VERSION_MAJOR@/3/; s/@OpenEXR_VERSION_MINOR@/1/
     s/@OpenEXR_VERSION_PATCH@/5/' \
     "$sources/openexr/cmake/OpenEXRConfig.h.in" >OpenEXRConfig.h
 printf '#define HAVE_%s 1\n' ATOMIC_BUILTINS LOCALE_H STDINT_H SYS_TIME_H \
     SYS_TYPES_H UNISTD_H >jansson_private_config.h
+ln -sfn . OpenEXR
 echo '#define ILMTHREAD_THREADING_ENABLED 1' >IlmThreadConfig.h
 
 # ---- objects -----------------------------------------------------------------
@@ -107,7 +114,7 @@ inside() { # FOLDER PATTERN...: names of files there
     compile libzstd/lib '-DZSTD_DISABLE_ASM -DXXH_NAMESPACE=ZSTD_' \
         $(inside libzstd/lib common/*.c compress/*.c decompress/*.c)
     compile jansson/src "-DHAVE_STDINT_H" $(inside jansson/src '*.c')
-    compile libpng1.6 '-DPNG_INTEL_SSE_OPT=0' $(inside libpng1.6 'png*.c')
+    compile libpng1.6 '-DPNG_INTEL_SSE_OPT=0' $(inside libpng1.6 'png*.c' | grep -v pngtest)
     compile libjpeg-turbo '' $(sed -n '/^set(JPEG_SOURCES/,/)/{
         s/.*SOURCES//; s/)//; p; }' "$sources/libjpeg-turbo/CMakeLists.txt") \
         jaricom.c jcarith.c jdarith.c jsimd_none.c

@@ -4,6 +4,8 @@
 #   deps.sh build    what compiling needs
 #   deps.sh check    what the tests need besides
 #   deps.sh bench    what comparing with other programs needs besides
+#   deps.sh deb      what Debian's packages need besides build, and their test
+#   deps.sh windows  what the program for Windows needs, and its test
 #   deps.sh name     names those of build, and fails if any is missing
 # DEPS=no: does nothing; the compiler or the test says what it misses.
 set -eu
@@ -66,6 +68,23 @@ bench="$check"'
 libfilament-tools:cmgen_to_compare_with
 gnuplot-nox:draws_the_plot_of_MEASURED
 '
+deb="$build"'
+debhelper:builds_packages
+dpkg-dev:the_same
+lintian:looks_at_them
+debootstrap:a_root_to_install_them_in
+'
+windows='
+make:make
+gcc-mingw-w64-x86-64-posix:C_compiler_for_Windows
+dpkg-dev:unpacks_the_sources_of_libraries
+mandoc:manuals_as_pages
+zip:packs_it
+unzip:its_test
+wine:runs_it
+wine64:the_same
+nodejs:its_test
+'
 npm='
 make:make
 emscripten:compiles_to_WebAssembly
@@ -74,7 +93,7 @@ dpkg-dev:unpacks_sources_of_libraries
 nodejs:runs_the_package
 npm:packs_it
 '
-ports="$build$npm"'
+ports="$build$npm$windows$deb"'
 brotli:measures_the_package
 chromium:shows_the_page
 openimageio-tools:makes_test_images
@@ -86,7 +105,9 @@ npm) wanted=$npm ;;
 ports) wanted=$ports ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
-*) echo 'usage: deps.sh build|check|bench|npm|ports|name' >&2; exit 2 ;;
+deb) wanted=$deb ;;
+windows) wanted=$windows ;;
+*) echo 'usage: deps.sh build|check|bench|deb|npm|ports|windows|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* iblbake info: says what textures and environments are. */
-#include <dirent.h>
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -450,9 +449,9 @@ static void look_at(info *v, const char *path, bool named)
 }
 
 /* Whether a file may be a texture or an environment, by its name. */
-static int is_candidate(const struct dirent *entry)
+static bool is_candidate(const char *name)
 {
-    const char *name = entry->d_name, *dot = strrchr(name, '.');
+    const char *dot = strrchr(name, '.');
 
     return *name != '.' && dot &&
            (ibl_is_environment(name) || ibl_engine_of_name(name) ||
@@ -461,8 +460,8 @@ static int is_candidate(const struct dirent *entry)
 
 static void look_into(info *v, const char *folder)
 {
-    struct dirent **list = NULL;
-    const int count = scandir(folder, &list, is_candidate, alphasort);
+    char **list;
+    const int count = ibl_path_list(folder, is_candidate, &list);
     struct stat st;
 
     v->failed |= count <= 0;
@@ -476,7 +475,7 @@ static void look_into(info *v, const char *folder)
                          folder);
     v->console.failed = false;
     for (int i = 0; i < count; i++) {
-        char *path = ibl_need(ibl_path_join(folder, list[i]->d_name));
+        char *path = ibl_need(ibl_path_join(folder, list[i]));
         if (!stat(path, &st) && S_ISREG(st.st_mode) &&
             (ibl_engine_of_name(path) != IBL_ENGINE_GLTF ||
              ibl_gltf_is_light(path)))

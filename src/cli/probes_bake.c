@@ -6,12 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli/probes.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "ibl/sidecar.h"
+#include "port/port.h"
 #include "json/json_text.h"
 
 /* The files of a set. */
@@ -129,20 +129,17 @@ static bool hash_inputs(ibl_probes_bake *p)
  * index was edited, or a run was killed before it wrote the index. */
 static bool is_kept(const ibl_probes_bake *p)
 {
-    struct stat index, st;
+    ibl_port_file index, file;
     ibl_json_why why;
     json_t *old = p->opts->force
                       ? NULL
                       : ibl_json_load(p->path[IBL_PROBES_INDEX], 0, &why);
     bool kept = !strcmp(text_of(old, "hash"), p->hash) &&
-                !stat(p->path[IBL_PROBES_INDEX], &index);
+                ibl_port_identify(p->path[IBL_PROBES_INDEX], &index);
 
     for (int i = 0; i < IBL_PROBES_INDEX && kept; i++)
-        kept = !p->path[i] ||
-               (!stat(p->path[i], &st) &&
-                (st.st_mtim.tv_sec != index.st_mtim.tv_sec
-                     ? st.st_mtim.tv_sec < index.st_mtim.tv_sec
-                     : st.st_mtim.tv_nsec <= index.st_mtim.tv_nsec));
+        kept = !p->path[i] || (ibl_port_identify(p->path[i], &file) &&
+                               file.written <= index.written);
     json_decref(old);
     return kept;
 }

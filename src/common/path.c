@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/path.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,7 +36,7 @@ char *ibl_path_join(const char *directory, const char *name)
 char *ibl_path_beside(const char *file, const char *name)
 {
     const char *last = ibl_path_name(file);
-    const int length = *name != '/' ? (int)(last - file) : 0;
+    const int length = !ibl_port_root(name) ? (int)(last - file) : 0;
 
     return ibl_format("%.*s%s", length, file, name);
 }
@@ -49,6 +50,38 @@ bool ibl_path_is_open(const char *path)
     free(directory);
     errno = saved;
     return ok;
+}
+
+static int by_bytes(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+int ibl_path_list(const char *folder, bool (*want)(const char *name),
+                  char ***names)
+{
+    DIR *dir = opendir(folder);
+    const struct dirent *entry;
+    char **list = NULL, **more = NULL;
+    int count = 0;
+    bool ok = dir;
+
+    while (ok && (entry = readdir(dir))) {
+        if (!want(entry->d_name))
+            continue;
+        more = realloc(list, ((size_t)count + 1) * sizeof *list);
+        list = more ? more : list;
+        ok = more && (list[count] = strdup(entry->d_name));
+        count += ok;
+    }
+    if (dir)
+        closedir(dir);
+    while (!ok && count)
+        free(list[--count]);
+    if (count)
+        qsort(list, (size_t)count, sizeof *list, by_bytes);
+    *names = list;
+    return ok ? count : -1;
 }
 
 size_t ibl_uri_bytes(char *text)

@@ -19,6 +19,11 @@ char *ibl_path_join(const char *directory, const char *name);
 /* name in the directory of file; an absolute name stays. */
 char *ibl_path_beside(const char *file, const char *name);
 
+/* The names in a folder that are wanted, by their bytes. The caller frees each
+ * and the list. Returns their number; -1: it cannot be listed, see errno. */
+int ibl_path_list(const char *folder, bool (*want)(const char *name),
+                  char ***names);
+
 /* Decodes %XX of a URI in place, as browsers do: a % that encodes nothing
  * stays. Returns the number of bytes, which may be any. */
 size_t ibl_uri_bytes(char *text);

@@ -84,7 +84,9 @@ static const char *advice(int error)
 {
     switch (error) {
     case ENOSPC:
+#ifdef EDQUOT
     case EDQUOT:
+#endif
         return ": make room there or choose another directory";
     case EACCES:
     case EPERM:
@@ -202,7 +204,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_mkdir: out");
     ibl_status status = check_length(out, path);
-    size_t n = 0;
+    size_t n = path ? ibl_port_root(path) : 0;
 
     if (!begin_change(out))
         status = IBL_ERR_CANCELLED;

@@ -34,6 +34,9 @@ bool ibl_port_flush(int file); /* to the disk */
 /* Gives a file the name of another, which it replaces at once. */
 bool ibl_port_replace(const char *from, const char *to);
 bool ibl_port_make_folder(const char *path);
+/* Bytes of what a path begins with that is there always: "/", "C:/",
+ * "//machine/share/". 0: the path is relative. */
+size_t ibl_port_root(const char *path);
 
 /* Which file it is, in words that no two files share; what changes with it. */
 typedef struct ibl_port_file {

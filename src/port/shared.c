@@ -48,6 +48,11 @@ bool ibl_port_make_folder(const char *path)
     return !mkdir(path, 0777);
 }
 
+size_t ibl_port_root(const char *path)
+{
+    return *path == '/';
+}
+
 static int64_t nanoseconds(struct timespec t)
 {
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;

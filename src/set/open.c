@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Finds the files of a set, reads them, and what they and a sidecar say. */
 #define _GNU_SOURCE /* scandir, alphasort */
-#include <dirent.h>
 #include <errno.h>
 #include <math.h>
 #include <stdarg.h>
@@ -120,10 +119,10 @@ static int content_of(const char *name, size_t *length)
 }
 
 /* Whether a file is a map of a set, and not its sheen. */
-static int is_map(const struct dirent *entry)
+static bool is_map(const char *name)
 {
     static const char sheen[] = "_charlie";
-    const char *name = entry->d_name, *dot = strrchr(name, '.');
+    const char *dot = strrchr(name, '.');
     size_t n;
     const int content = content_of(name, &n);
 
@@ -150,29 +149,28 @@ static ibl_status no_set(const opener *o)
 /* Finds the name of the only set in a directory. */
 static ibl_status find_name(const opener *o)
 {
-    struct dirent **list = NULL;
-    const int count = scandir(o->path, &list, is_map, alphasort);
+    char **list;
+    const int count = ibl_path_list(o->path, is_map, &list);
     size_t first = 0, last = 0;
     ibl_status status;
 
     if (count > 0) {
-        content_of(list[0]->d_name, &first);
-        content_of(list[count - 1]->d_name, &last);
+        content_of(list[0], &first);
+        content_of(list[count - 1], &last);
     }
     if (count < 0)
         status = ibl_fail(o->ctx, IBL_ERR_IO, "%s: cannot be read: %s", o->path,
                           strerror(errno));
     else if (!count)
         status = no_set(o);
-    else if (first != last ||
-             memcmp(list[0]->d_name, list[count - 1]->d_name, first) != 0)
-        status = ibl_fail(o->ctx, IBL_ERR_IO,
-                          "%s: holds several sets, from %.*s to %.*s: name one "
-                          "of their files",
-                          o->path, (int)first, list[0]->d_name, (int)last,
-                          list[count - 1]->d_name);
+    else if (first != last || memcmp(list[0], list[count - 1], first) != 0)
+        status =
+            ibl_fail(o->ctx, IBL_ERR_IO,
+                     "%s: holds several sets, from %.*s to %.*s: name one "
+                     "of their files",
+                     o->path, (int)first, list[0], (int)last, list[count - 1]);
     else
-        status = keep(o, list[0]->d_name, first, &o->set->name);
+        status = keep(o, list[0], first, &o->set->name);
     for (int i = 0; i < count; i++)
         free(list[i]);
     free(list);
