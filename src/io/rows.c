@@ -45,10 +45,11 @@ ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
     /* Where sizes have 32 bits; what is beside the pixels takes less than they
      * do in floats of 4 channels. */
     if ((uint64_t)(width * height) > SIZE_MAX / 64)
-        return ibl_reject(in, IBL_ERR_MEMORY,
-                          "%lldx%lld pixels are more than this build has memory "
-                          "for: scale it down",
-                          width, height);
+        return ibl_reject(
+            in, IBL_ERR_MEMORY,
+            "%lldx%lld pixels are more than this build has memory "
+            "for: scale it down",
+            width, height);
     if (ibl_input_layout_of(opts, width, height) != IBL_INPUT_AUTO)
         return IBL_OK;
     if (opts->layout)

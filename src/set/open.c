@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Finds the files of a set, reads them, and what they and a sidecar say. */
-#define _GNU_SOURCE /* scandir, alphasort */
 #include <errno.h>
 #include <math.h>
 #include <stdarg.h>
