@@ -43,8 +43,11 @@ CWARN := -Wstrict-prototypes -Wmissing-prototypes
 CFLAGS ?= $(OPT_$(config))
 CXXFLAGS ?= $(OPT_$(config))
 SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
-# Programs that load C++: the sanitizer looks for its exceptions at the start.
+LINK = $(CXX)
+# Programs that load C++: the sanitizer looks for its exceptions at the start, and
+# must leave memory to the operators of the bridge of models.
 ifeq ($(config),asan)
+LINK = $(CC)
 SANITIZE += -Wl,--push-state,--no-as-needed -lstdc++ -Wl,--pop-state
 endif
 
@@ -326,7 +329,7 @@ $(BUILD)/obj/src/view/ui.o: src/view/ui.cpp
 	    $$(pkg-config --cflags imgui | sed "s/-I/-isystem /g") \
 	    $(VIEW_CFLAGS) $(CPPFLAGS) $(CXXFLAGS) -c -o $@ $<
 $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
-	$(CXX) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(IO_LIBS) \
+	$(LINK) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(IO_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
@@ -369,7 +372,7 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
                    src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
-	$(CXX) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
+	$(LINK) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Harnesses of libFuzzer.
@@ -389,7 +392,7 @@ $(BUILD)/fuzz/librest.a: $(filter-out %/main.o,$(call obj,$(wildcard \
 	$(AR) rcs $@ $^
 $(FUZZERS): $(BUILD)/fuzz/%: $(BUILD)/obj/tests/fuzz/fuzz.o \
     $(BUILD)/obj/tests/fuzz/%.o $(BUILD)/fuzz/librest.a $(LIB)
-	$(CXX) $(SANITIZE) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ \
+	$(LINK) $(SANITIZE) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ \
 	    $(patsubst %,-Wl$(comma)--wrap=%,$(FUZZ_WRAP)) $(filter %.o,$^) \
 	    -Wl,--start-group $(filter %.a,$^) -Wl,--end-group $(VIEW_LIBS) \
 	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)

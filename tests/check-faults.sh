@@ -209,7 +209,7 @@ small_disk() { # COMMAND
     umount disk
 }
 test_small_disk() {
-    export -f begin bake_set each_writer small_disk judged files
+    export -f begin bake_set each_writer small_disk judged files is has lines
     export work t small
     unshare -rm bash -c "$(declare -p writers); each_writer small_disk"
 }
