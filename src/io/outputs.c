@@ -208,8 +208,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
 
     if (!begin_change(out))
         status = IBL_ERR_CANCELLED;
-    while (!status && path[n]) {
-        n += strspn(path + n, "/");
+    while (!status && path[n += strspn(path + n, "/")]) {
         n += strcspn(path + n, "/");
         memcpy(prefix, path, n);
         prefix[n] = '\0';
