@@ -107,7 +107,7 @@ LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
            src/common/names.c src/common/path.c $(PORT_SRC) \
-           $(if $(filter-out posix,$(PORT)),src/io/bridge/openexr_core.c)
+           $(if $(filter-out posix,$(PORT)),src/port/builtin.c src/io/bridge/openexr_core.c)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))

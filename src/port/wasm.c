@@ -8,10 +8,7 @@
 #include "port/port.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
-
-#include "io/bridge/openexr.h"
 
 #define HOST(name) __attribute__((import_module("iblbake"), import_name(name)))
 
@@ -155,21 +152,6 @@ pid_t getpid(void)
 bool ibl_port_is_gone(long process)
 {
     return host_is_gone((int)process);
-}
-
-const bool ibl_port_loads = false;
-
-bool ibl_port_load(const char *library, const char *name, void *function,
-                   char why[IBL_PORT_WHY])
-{
-    ibl_openexr_unpack *const unpack = ibl_openexr_unpack_1;
-
-    (void)library;
-    strcpy(why, "there is none");
-    if (strcmp(name, IBL_OPENEXR_UNPACK) != 0)
-        return false;
-    memcpy(function, &unpack, sizeof unpack);
-    return true;
 }
 
 double ibl_port_number(const char *text, char **end)

@@ -7,7 +7,6 @@
 #include "port/windows.h"
 #undef _WIN32_WINNT
 #define _WIN32_WINNT 0x0A00
-#include "io/bridge/openexr.h"
 #include "port/port.h"
 
 #include <errno.h>
@@ -466,22 +465,6 @@ bool ibl_port_is_gone(long process)
     const bool ended = WaitForSingleObject(h, 0) == WAIT_OBJECT_0;
     CloseHandle(h);
     return ended;
-}
-
-const bool ibl_port_loads = false;
-
-/* What OpenEXRCore does is part of the program. */
-bool ibl_port_load(const char *library, const char *name, void *function,
-                   char why[IBL_PORT_WHY])
-{
-    ibl_openexr_unpack *const unpack = ibl_openexr_unpack_1;
-
-    (void)library;
-    strcpy(why, "there is none");
-    if (strcmp(name, IBL_OPENEXR_UNPACK) != 0)
-        return false;
-    memcpy(function, &unpack, sizeof unpack);
-    return true;
 }
 
 /* A program that uses the library may have another locale. */
