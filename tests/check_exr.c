@@ -213,7 +213,7 @@ TEST(every_compression)
  * 2.4 leaves scanlines as they lie and EXPOSURE alone: its own, and others'
  * where they are there. Its 2^(e - 136) is one unit in the last place low where
  * e is 40, 223 or 226. */
-TEST(as_openimageio)
+TEST_SLOW(as_openimageio)
 {
     static const char *const names[] = {"down.exr",
                                         "down_tile.exr",

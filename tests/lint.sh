@@ -29,9 +29,12 @@ grep -vE '\.(exr|f16|glb|hdr|png)$|^tests/fuzz/finds/' "$build/files.txt" | xarg
 awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
     $shaders $public || complain 'lines over 80 columns'
 
-# Every header compiles alone, the public ones in C++ too.
+# Every header compiles alone: its own .c begins with it, or it is tried here, and
+# the public ones in C++, too.
 exr=$(pkg-config --cflags OpenEXR)
 for h in $(files '\.h$' | grep -v ^tests/windows/); do
+    grep -m 1 '^#include "' "${h%.h}.c" 2>/dev/null |
+        grep -q "[\"/]${h##*/}\"" && continue
     ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
         $exr -mavx2 -mfma -fsyntax-only -x c "$h" ||
         complain "$h: does not compile alone"

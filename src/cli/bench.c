@@ -430,6 +430,14 @@ static int run(const void *settings)
     ibl_console_init(&b->console, o->common.quiet, o->common.verbose);
     bool ok = check_report(b, o->csv) && check_report(b, o->html) && plan(b) &&
               !ibl_start(&o->common, &b->console, &b->ctx);
+    /* Before the minutes that each takes. */
+    b->console.quiet = true;
+    for (int m = 0; m < o->map_count && ok; m++) {
+        ok = !ibl_image_read(b->ctx, o->maps[m], &o->common.read, &b->env,
+                             NULL);
+        ibl_image_free(&b->env);
+    }
+    b->console.quiet = o->common.quiet;
     for (int m = 0; m < o->map_count && ok; m++)
         ok = measure_map(b, o->maps[m]);
     ibl_console_finish(&b->console);
