@@ -338,6 +338,9 @@ test_fine_display() {
     still off.png --size 640x480 --no-labels baked
     away
     on_screen off.png
+    # Nothing else is drawn between the window and the picture.
+    snap first.png
+    same first.png off.png
     xdotool mousemove --window "$window" 200 100 mousedown 1 \
         mousemove_relative 40 0 mousemove_relative 80 0 mouseup 1
     snap dragged.png

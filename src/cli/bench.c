@@ -433,8 +433,8 @@ static int run(const void *settings)
     /* Before the minutes that each takes. */
     b->console.quiet = true;
     for (int m = 0; m < o->map_count && ok; m++) {
-        ok = !ibl_image_read(b->ctx, o->maps[m], &o->common.read, &b->env,
-                             NULL);
+        ok =
+            !ibl_image_read(b->ctx, o->maps[m], &o->common.read, &b->env, NULL);
         ibl_image_free(&b->env);
     }
     b->console.quiet = o->common.quiet;

@@ -447,7 +447,6 @@ static bool display_pass(const view_renderer *r, const view_frame *f,
     view_gl_bind(VIEW_UNIT_OTHER, GL_TEXTURE_2D,
                  r->sides > 1 ? picture_of(r, 1) : 0);
     gl.UseProgram(program);
-    gl.Uniform2f(gl.GetUniformLocation(program, "origin"), (float)x, (float)y);
     view_gl_draw_full(program);
     return true;
 }

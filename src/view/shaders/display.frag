@@ -7,8 +7,10 @@
 
 uniform sampler2D picture;
 uniform sampler2D other;
-uniform vec2 origin; // of the picture in the framebuffer
 
+// Not gl_FragCoord: Mesa turns its rows upside down where a window and a picture
+// are drawn one after the other by the same program.
+in vec2 place;
 out vec4 colour;
 
 // view_compare of view/settings.h
@@ -78,12 +80,12 @@ vec3 shown(vec3 c) {
 }
 
 void main() {
-    pixel = gl_FragCoord.xy - origin;
-    vec4 c = texelFetch(picture, ivec2(pixel), 0);
 #ifdef COPY // which blending adds to the mean of several
-    colour = c;
+    colour = texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
     return;
 #endif
+    pixel = floor(place * viewport.xy) + 0.5;
+    vec4 c = texelFetch(picture, ivec2(pixel), 0);
 #ifndef TONE
     float line = show.z == SPLIT && !raw() ? seam() : 0.0;
     if (line != 0.0) {
