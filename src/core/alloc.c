@@ -142,12 +142,9 @@ static size_t physical(void)
 /* Memory from the program or the C library, without huge pages. */
 static void *alloc_plain(size_t bytes)
 {
-    if (!bytes)
-        bytes = 1;
     if (hook.alloc)
-        return hook.alloc(hook.cookie, bytes, ALIGNMENT);
-    bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    return ibl_port_alloc(ALIGNMENT, bytes);
+        return hook.alloc(hook.cookie, bytes ? bytes : 1, ALIGNMENT);
+    return ibl_port_alloc(ALIGNMENT, (bytes / ALIGNMENT + 1) * ALIGNMENT);
 }
 
 static bool fits(size_t n, size_t size)

@@ -87,8 +87,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
         return ibl_fail(&early, IBL_ERR_UNSUPPORTED,
                         "this CPU has no %s; the best it has is %s",
                         ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
-    const int cpus = ibl_cpu_count();
-    const int threads = opts->threads ? opts->threads : cpus;
+    const int threads = opts->threads ? opts->threads : ibl_cpu_count();
 
     ibl_alloc_hold();
     ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
@@ -106,7 +105,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
             goto no_memory;
         memcpy(ctx->bridge, opts->bridge, bytes);
     }
-    ctx->pool = ibl_pool_create(threads, threads <= cpus);
+    ctx->pool = ibl_pool_create(threads);
     if (!ctx->pool)
         goto no_memory;
     *out = ctx;

@@ -8,26 +8,15 @@
  *
  * The task and the begun batches exist beside the batch that is run; workers
  * look at them first.
- *
- * A waiting thread first spins, about as long as it takes to wake a thread, so
- * that waiting costs at most about twice the optimum.
  */
 #include "core/pool.h"
 
 #include <assert.h>
 #include <pthread.h>
-#include <sched.h>
 #include <stdatomic.h>
-#include <stdint.h>
-#include <time.h>
 
 #include "core/alloc.h"
 #include "port/port.h"
-
-enum {
-    SPIN_NS = 50000,
-    LOOKS = 64 /* reads of a number between two readings of the clock */
-};
 
 /* Indices of the batches: the task, the begun ones, and the one being run. */
 enum {
@@ -49,18 +38,16 @@ typedef struct batch {
     int jobs;
     atomic_int next, done;
     atomic_bool stop;
-    atomic_int inside; /* workers in the batch; changed under the lock */
+    int inside; /* workers in the batch; guarded by the lock */
 } batch;
 
 struct ibl_pool {
     int threads; /* including the caller's */
     int started; /* threads started, without the caller's */
-    bool spins;
     struct worker *workers;
     int begun;
     pthread_mutex_t lock; /* guards opening of batches and all fields below */
     batch batches[BATCHES];
-    atomic_int opened; /* batches opened so far, and 1 to quit */
     bool quit;
     int sleepers;        /* workers waiting for work */
     pthread_cond_t work; /* signalled when a batch opens, or to quit */
@@ -68,64 +55,11 @@ struct ibl_pool {
     bool has_task;
 };
 
-/* ---- waiting -------------------------------------------------------- */
-
-static int64_t nanoseconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-static void pause_briefly(void)
-{
-#if defined(__x86_64__)
-    __builtin_ia32_pause();
-#elif defined(__aarch64__)
-    __asm__ volatile("yield");
-#endif
-}
-
-/* Spins for a while; true as soon as the number differs from `from`. Yields the
- * core in between: the thread that changes the number may need it. */
-static bool changes(const ibl_pool *pool, const atomic_int *number, int from)
-{
-    const int64_t end = pool->spins ? nanoseconds() + SPIN_NS : 0;
-    while (pool->spins && nanoseconds() < end) {
-        for (int i = 0; i < LOOKS; i++) {
-            if (atomic_load(number) != from)
-                return true;
-            pause_briefly();
-        }
-        sched_yield();
-    }
-    return false;
-}
-
-/* Waits until a batch opens. The caller holds the lock; waiting releases it. */
-static void wait_for_work(ibl_pool *pool)
-{
-    const int opened = atomic_load(&pool->opened);
-    pthread_mutex_unlock(&pool->lock);
-    changes(pool, &pool->opened, opened);
-    pthread_mutex_lock(&pool->lock);
-    pool->sleepers++;
-    while (atomic_load(&pool->opened) == opened)
-        pthread_cond_wait(&pool->work, &pool->lock);
-    pool->sleepers--;
-}
-
 /* Waits until all workers have left a batch. */
 static void wait_for_workers(ibl_pool *pool, const batch *b)
 {
-    int inside;
-    while ((inside = atomic_load(&b->inside)) != 0 &&
-           changes(pool, &b->inside, inside))
-        ;
-    if (!inside)
-        return;
     pthread_mutex_lock(&pool->lock);
-    while (atomic_load(&b->inside))
+    while (b->inside)
         pthread_cond_wait(&pool->idle, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
 }
@@ -150,10 +84,10 @@ static bool run_next(batch *b, int worker)
 static batch *enter_batch(ibl_pool *pool)
 {
     for (batch *b = pool->batches; b < pool->batches + BATCHES; b++) {
-        atomic_fetch_add(&b->inside, 1);
+        b->inside++;
         if (atomic_load(&b->next) < b->jobs && !atomic_load(&b->stop))
             return b;
-        atomic_fetch_sub(&b->inside, 1);
+        b->inside--;
     }
     return NULL;
 }
@@ -167,14 +101,16 @@ static void *worker_main(void *arg)
     while (!pool->quit) {
         batch *b = enter_batch(pool);
         if (!b) {
-            wait_for_work(pool);
+            pool->sleepers++;
+            pthread_cond_wait(&pool->work, &pool->lock);
+            pool->sleepers--;
             continue;
         }
         pthread_mutex_unlock(&pool->lock);
         while (run_next(b, self->index))
             ;
         pthread_mutex_lock(&pool->lock);
-        if (atomic_fetch_sub(&b->inside, 1) == 1)
+        if (--b->inside == 0)
             pthread_cond_signal(&pool->idle);
     }
     pthread_mutex_unlock(&pool->lock);
@@ -183,13 +119,12 @@ static void *worker_main(void *arg)
 
 /* ---- the calls ------------------------------------------------------ */
 
-ibl_pool *ibl_pool_create(int threads, bool spins)
+ibl_pool *ibl_pool_create(int threads)
 {
     ibl_pool *pool = ibl_alloc_zeroed(1, sizeof *pool);
     if (!pool)
         return NULL;
     pool->threads = threads;
-    pool->spins = spins;
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->idle, NULL);
@@ -217,7 +152,6 @@ void ibl_pool_free(ibl_pool *pool)
     ibl_pool_finish(pool);
     pthread_mutex_lock(&pool->lock);
     pool->quit = true;
-    atomic_fetch_add(&pool->opened, 1);
     pthread_mutex_unlock(&pool->lock);
     pthread_cond_broadcast(&pool->work);
     for (int i = 0; i < pool->started; i++)
@@ -246,7 +180,6 @@ static void open_batch(ibl_pool *pool, int which, int jobs, int wanted,
     atomic_store(&b->next, 0);
     atomic_store(&b->done, 0);
     atomic_store(&b->stop, false);
-    atomic_fetch_add(&pool->opened, 1);
     if (wanted > pool->sleepers)
         wanted = pool->sleepers;
     pthread_mutex_unlock(&pool->lock);

@@ -10,7 +10,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
-#include "core/two.h"
 #include "kern/legendre.h"
 
 enum {
@@ -20,6 +19,37 @@ enum {
     ORDERS = 4, /* in a job: a few milliseconds of the largest analysis */
     KEPT = 4    /* jobs that share a state */
 };
+
+/* ---- two doubles, in one vector on most CPUs ------------------------------
+ */
+
+typedef double two __attribute__((vector_size(16)));
+typedef float two_floats __attribute__((vector_size(8)));
+
+static two two_at(const double *p)
+{
+    two v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+static void put_two(double *p, two v)
+{
+    memcpy(p, &v, sizeof v);
+}
+
+static two two_at_floats(const float *p)
+{
+    two_floats v;
+    memcpy(&v, p, sizeof v);
+    return __builtin_convertvector(v, two);
+}
+
+static void put_two_floats(float *p, two v)
+{
+    const two_floats f = __builtin_convertvector(v, two_floats);
+    memcpy(p, &f, sizeof f);
+}
 
 /* ---- what is transformed ------------------------------------------------ */
 
@@ -111,10 +141,10 @@ void ibl_sht_power(const ibl_harmonics *h, double *power)
     for (int m = 0; m <= h->degree; m++) {
         const float *a = ibl_harmonics_at(h, m);
         for (int l = m; l <= h->degree; l++, a += PARTS) {
-            ibl_two square = {0};
+            two square = {0};
 #pragma GCC unroll 3
             for (int p = 0; p < PARTS; p += 2)
-                square += ibl_two_at_floats(a + p) * ibl_two_at_floats(a + p);
+                square += two_at_floats(a + p) * two_at_floats(a + p);
             power[l] += (m ? 2 : 1) * (square[0] + square[1]);
         }
     }
@@ -187,10 +217,9 @@ static void next_order(const row_integrals *r, int m, double *state)
         j++;
     state[0] = j;
     for (; j + 2 <= r->edges; j += 2) {
-        const ibl_two p = ibl_two_at(power + j) * ibl_two_at(r->sine + j);
-        ibl_two_put(power + j, p);
-        ibl_two_put(s + j, ibl_two_at(r->x + j) * p * inverse +
-                               ibl_two_at(s + j) * share);
+        const two p = two_at(power + j) * two_at(r->sine + j);
+        put_two(power + j, p);
+        put_two(s + j, two_at(r->x + j) * p * inverse + two_at(s + j) * share);
     }
     for (; j < r->edges; j++) {
         power[j] *= r->sine[j];
@@ -323,13 +352,13 @@ static void finish_order(const struct transform *t, double *state, int m,
     const double scale = t->width[m];
     double sum[PARTS], last = 0;
     float *a = ibl_harmonics_at(t->harmonics, m);
-    ibl_two now[PAIRS], older[PAIRS] = {{0}}, before[PAIRS];
+    two now[PAIRS], older[PAIRS] = {{0}}, before[PAIRS];
 
     integrate(t, state, m, f, sum);
     for (int p = 0; p < PAIRS; p++) {
-        now[p] = ibl_two_at(sum + 2 * p) * (t->rings.start[m] * scale);
-        before[p] = ibl_two_at(b + 2 * p);
-        ibl_two_put_floats(a + 2 * p, now[p]);
+        now[p] = two_at(sum + 2 * p) * (t->rings.start[m] * scale);
+        before[p] = two_at(b + 2 * p);
+        put_two_floats(a + 2 * p, now[p]);
     }
     for (int l = m + 1; l <= t->degree; l++) {
         const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
@@ -338,11 +367,11 @@ static void finish_order(const struct transform *t, double *state, int m,
         b += PARTS;
 #pragma GCC unroll 3
         for (int p = 0; p < PAIRS; p++) {
-            const ibl_two next = keep * older[p] - add * before[p];
+            const two next = keep * older[p] - add * before[p];
             older[p] = now[p];
             now[p] = next;
-            before[p] = ibl_two_at(b + 2 * p);
-            ibl_two_put_floats(a + 2 * p, next);
+            before[p] = two_at(b + 2 * p);
+            put_two_floats(a + 2 * p, next);
         }
         last = e;
     }
