@@ -98,7 +98,8 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
-PORT_SRC := src/port/$(PORT).c $(if $(filter-out windows,$(PORT)),src/port/shared.c)
+PORT_SRC := src/port/$(PORT).c src/port/shared.c $(if $(filter-out posix,$(PORT)), \
+              src/port/plain.c src/io/bridge/openexr_core.c)
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -106,8 +107,7 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c $(PORT_SRC) \
-           $(if $(filter-out posix,$(PORT)),src/port/builtin.c src/io/bridge/openexr_core.c)
+           src/common/names.c src/common/path.c $(PORT_SRC)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))

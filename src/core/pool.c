@@ -196,15 +196,18 @@ ibl_pool *ibl_pool_create(int threads, bool spins)
     pool->workers = ibl_alloc_zeroed((size_t)threads, sizeof *pool->workers);
     if (!pool->workers)
         goto fail;
+    ibl_port_hold_signals(); /* workers take none */
     for (int i = 1; i < threads; i++) {
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
         w->index = i;
-        if (!ibl_port_start(&w->thread, worker_main, w))
-            goto fail;
+        if (pthread_create(&w->thread, NULL, worker_main, w))
+            break;
         pool->started++;
     }
-    return pool;
+    ibl_port_release_signals();
+    if (pool->started == threads - 1)
+        return pool;
 fail:
     ibl_pool_free(pool);
     return NULL;
