@@ -486,15 +486,16 @@ TRIED = $(patsubst %,$(BUILD)/tests/%,$(filter check_%,$(T)))
 
 ## check-arm64: kernels, bakes and containers for aarch64, by qemu-user (minutes)
 check-arm64:
-	@DEPS=$(DEPS) sh tests/deps.sh check
+	@DEPS=$(DEPS) sh tests/deps.sh arm64
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
-## check-ports: packages of npm, Debian and Windows, and the page (minutes)
+## check-ports: npm's package, the page, Windows, Debian, aarch64 (minutes)
 check-ports:
-	@DEPS=$(DEPS) sh tests/deps.sh ports
-	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
-	@MAKE='$(MAKE)' BUILD=$(BUILD) bash tests/check-ports.sh
+	-@for of in page windows deb arm64; do \
+	    DEPS=$(DEPS) sh tests/deps.sh $$of; done
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake exr-bridge
+	@BUILD=$(BUILD) bash tests/check-ports.sh
 
 ## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)
 MAPS ?= quarry royal dusk blaze

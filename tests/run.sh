@@ -52,12 +52,12 @@ scripts() {
     for script in tests/check-*.sh; do
         case $quick:$build:$script in
         # Those of make check-ports.
-        *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh) ;;
+        *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh | \
+            *-arm64.sh) ;;
         yes:*/check-install.sh | yes:*/check-readers.sh | \
             yes:*/check-clients.sh | yes:*/check-view-window.sh | \
             yes:*/check-fuzz.sh | yes:*/check-cluster.sh | \
-            yes:*/check-arm64.sh | yes:*/check-faults.sh | \
-            yes:*/check-bench.sh | yes:*/check-lint.sh) ;;
+            yes:*/check-faults.sh | yes:*/check-bench.sh | yes:*/check-lint.sh) ;;
         *:"$first":*/check-install.sh | *:"$first":*/check-clients.sh)
             long+=("$build: $script") ;;
         *asan:*/check-fuzz.sh | *san:*/check-cli.sh | \
