@@ -24,34 +24,23 @@ int _dowildcard = -1;
 /* -1, and errno is as the last call's error says. */
 static int fail(void)
 {
-    static const int of[] = {ERROR_FILE_NOT_FOUND,
-                             ENOENT,
-                             ERROR_PATH_NOT_FOUND,
-                             ENOENT,
-                             ERROR_INVALID_NAME,
-                             ENOENT,
-                             ERROR_BAD_NETPATH,
-                             ENOENT,
-                             ERROR_ALREADY_EXISTS,
-                             EEXIST,
-                             ERROR_FILE_EXISTS,
-                             EEXIST,
-                             ERROR_SHARING_VIOLATION,
-                             EACCES,
-                             ERROR_ACCESS_DENIED,
-                             EACCES,
-                             ERROR_DISK_FULL,
-                             ENOSPC,
-                             ERROR_WRITE_PROTECT,
-                             EROFS,
-                             ERROR_FILENAME_EXCED_RANGE,
-                             ENAMETOOLONG};
+    static const int of[][2] = {{ERROR_FILE_NOT_FOUND, ENOENT},
+                                {ERROR_PATH_NOT_FOUND, ENOENT},
+                                {ERROR_INVALID_NAME, ENOENT},
+                                {ERROR_BAD_NETPATH, ENOENT},
+                                {ERROR_ALREADY_EXISTS, EEXIST},
+                                {ERROR_FILE_EXISTS, EEXIST},
+                                {ERROR_SHARING_VIOLATION, EACCES},
+                                {ERROR_ACCESS_DENIED, EACCES},
+                                {ERROR_DISK_FULL, ENOSPC},
+                                {ERROR_WRITE_PROTECT, EROFS},
+                                {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG}};
     const int error = (int)GetLastError();
 
     errno = EIO;
-    for (size_t i = 0; i < sizeof of / sizeof *of; i += 2)
-        if (of[i] == error)
-            errno = of[i + 1];
+    for (size_t i = 0; i < sizeof of / sizeof *of; i++)
+        if (of[i][0] == error)
+            errno = of[i][1];
     return -1;
 }
 
