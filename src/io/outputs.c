@@ -183,7 +183,7 @@ static ibl_status make_dir(ibl_outputs *out, char *path)
     }
     if (errno != ENOENT && errno != ENOTDIR)
         return failed(out, path, "cannot be looked at");
-    if (slash > path) {
+    if (slash && slash > path) {
         *slash = '\0';
         const ibl_status status = make_dir(out, path);
         *slash = '/';
