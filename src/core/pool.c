@@ -194,9 +194,11 @@ ibl_pool *ibl_pool_create(int threads, bool spins)
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->idle, NULL);
     pool->workers = ibl_alloc_zeroed((size_t)threads, sizeof *pool->workers);
-    if (!pool->workers)
-        goto fail;
-    ibl_port_hold_signals(); /* workers take none */
+    if (!pool->workers) {
+        ibl_pool_free(pool);
+        return NULL;
+    }
+    ibl_port_hold_signals(); /* threads take none */
     for (int i = 1; i < threads; i++) {
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
@@ -206,11 +208,7 @@ ibl_pool *ibl_pool_create(int threads, bool spins)
         pool->started++;
     }
     ibl_port_release_signals();
-    if (pool->started == threads - 1)
-        return pool;
-fail:
-    ibl_pool_free(pool);
-    return NULL;
+    return pool;
 }
 
 void ibl_pool_free(ibl_pool *pool)

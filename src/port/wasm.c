@@ -7,7 +7,6 @@
  */
 #include "port/port.h"
 
-#include <pthread.h>
 #include <unistd.h>
 
 #define HOST(name) __attribute__((import_module("iblbake"), import_name(name)))
@@ -41,18 +40,6 @@ uint64_t ibl_port_memory(void)
 int ibl_port_cpus(void)
 {
     return 1;
-}
-
-/* In place of the C library's, too. A thread never gets to run: who waits for
- * its work does it. */
-int pthread_create(pthread_t *thread, const pthread_attr_t *attributes,
-                   void *(*run)(void *), void *arg)
-{
-    (void)attributes;
-    (void)run;
-    (void)arg;
-    *thread = 0;
-    return 0;
 }
 
 static void (*leaving)(void);
