@@ -102,7 +102,8 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null || cat REVISION 2>
 
 comma := ,
 blank := $(subst ,, )
-PORT_SRC := src/port/$(PORT).c $(if $(filter-out windows,$(PORT)),src/port/shared.c)
+PORT_SRC := src/port/$(PORT).c src/port/shared.c $(if $(filter-out posix,$(PORT)), \
+              src/port/plain.c src/io/bridge/openexr_core.c)
 # Vector versions; none for other CPUs.
 ISAS_x86_64 := sse2 avx2
 ISAS_aarch64 := neon
@@ -110,8 +111,7 @@ ISAS := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine 2>/dev/null)))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c src/json/*.c src/engine/*.c src/set/*.c) \
-           src/common/names.c src/common/path.c $(PORT_SRC) \
-           $(if $(filter-out posix,$(PORT)),src/port/builtin.c src/io/bridge/openexr_core.c)
+           src/common/names.c src/common/path.c $(PORT_SRC)
 # Each of these is compiled for every instruction set, and for any CPU if it has
 # no plain version beside it: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
@@ -498,15 +498,16 @@ TRIED = $(patsubst %,$(BUILD)/tests/%,$(filter check_%,$(T)))
 
 ## check-arm64: kernels, bakes and containers for aarch64, by qemu-user (minutes)
 check-arm64:
-	@DEPS=$(DEPS) sh tests/deps.sh check
+	@DEPS=$(DEPS) sh tests/deps.sh arm64
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
-## check-ports: packages of npm, Debian and Windows, and the page (minutes)
+## check-ports: npm's package, the page, Windows, Debian, aarch64 (minutes)
 check-ports:
-	@DEPS=$(DEPS) sh tests/deps.sh ports
-	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake
-	@MAKE='$(MAKE)' BUILD=$(BUILD) bash tests/check-ports.sh
+	-@for of in page windows deb arm64; do \
+	    DEPS=$(DEPS) sh tests/deps.sh $$of; done
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake exr-bridge
+	@BUILD=$(BUILD) bash tests/check-ports.sh
 
 ## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)
 MAPS ?= quarry royal dusk blaze

@@ -13,6 +13,8 @@ out=$(cd "$2" && pwd)
 # ---- sources: NAME_VERSION ---------------------------------------------------
 
 cd "$sources"
+exec 9>lock # others may want them at the same time
+flock 9
 mkdir -p apt/parts apt/lists/partial
 apt() {
     # shellcheck disable=SC2086
@@ -25,7 +27,7 @@ fetch() { # NAME_VERSION
     [ -s apt/parts/source.list ] || {
         apt-get indextargets --format 'deb-src $(REPO_URI) $(RELEASE) $(COMPONENT)' \
             'Created-By: Packages' 'Origin: Debian' >apt/parts/source.list
-        apt apt-get update -qq
+        apt apt-get update -qq || true
     }
     # Of a patched version a mirror may have the release alone, or neither.
     for full in $(apt apt-cache showsrc "$name" | sed -n 's/^Version: //p' |
@@ -52,6 +54,7 @@ for entry in zlib_1.2.13 libdeflate_1.14 libzstd_1.5.4 jansson_2.14 \
     libpng1.6_1.6.39 libjpeg-turbo_2.1.5 xxhash_0.8.1 imath_3.1.6 openexr_3.1.5; do
     fetch $entry
 done
+exec 9>&-
 
 for name in */; do
     for text in "$name"LICENSE* "$name"COPYING* "$name"README.ijg; do
@@ -70,22 +73,17 @@ cp "$sources"/zlib/z*.h "$sources"/libdeflate/libdeflate.h \
 cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" pnglibconf.h
 sed 's/@json_inline@/inline/; s/@json_have_[a-z_]*@/1/' \
     "$sources/jansson/src/jansson_config.h.in" >jansson_config.h
-sed -E 's/@JPEG_LIB_VERSION@/62/; s/@VERSION@/2.1.5/; s/@BITS_IN_JSAMPLE@/8/
-    s/@LIBJPEG_TURBO_VERSION_NUMBER@/2001005/
+sed -E 's/@JPEG_LIB_VERSION@/62/; s/@BITS_IN_JSAMPLE@/8/; s/@[A-Z_]*@/0/
     s/#cmakedefine ([CDM].*)/#define \1/; s/#cmakedefine ([A-Z_]*).*/#undef \1/' \
     "$sources/libjpeg-turbo/jconfig.h.in" >jconfig.h
 sed 's/@BUILD@/0/; s/@INLINE@/inline/; s/@THREAD_LOCAL@/_Thread_local/
     s/@SIZE_T@/__SIZEOF_SIZE_T__/; s/#cmakedefine/#undef/; s/@[A-Z_]*@//' \
     "$sources/libjpeg-turbo/jconfigint.h.in" >jconfigint.h
-sed -E 's/@COPYRIGHT_YEAR@/2023/' "$sources/libjpeg-turbo/jversion.h.in" >jversion.h
-sed -E 's/#cmakedefine01 (.*)/#define \1 1/; s/#cmakedefine/#undef/
-    s/@Imath_VERSION_MAJOR@/3/; s/@Imath_VERSION_MINOR@/1/
-    s/@Imath_VERSION_PATCH@/6/' \
-    "$sources/imath/config/ImathConfig.h.in" >ImathConfig.h
-sed -E 's/#cmakedefine ([A-Z_]*).*/#undef \1/; s/@OPENEXR_VERSION@/3.1.5/
-    s/@OpenEXR_VERSION_MAJOR@/3/; s/@OpenEXR_VERSION_MINOR@/1/
-    s/@OpenEXR_VERSION_PATCH@/5/' \
-    "$sources/openexr/cmake/OpenEXRConfig.h.in" >OpenEXRConfig.h
+sed 's/@[A-Z_]*@/0/' "$sources/libjpeg-turbo/jversion.h.in" >jversion.h
+for config in imath/config/ImathConfig openexr/cmake/OpenEXRConfig; do
+    sed -E 's/#cmakedefine01 (.*)/#define \1 1/; s/#cmakedefine ([A-Z_]*).*/#undef \1/
+        s/@[A-Za-z_]*@/0/' "$sources/$config.h.in" >"${config##*/}.h"
+done
 printf '#define HAVE_%s 1\n' ATOMIC_BUILTINS LOCALE_H STDINT_H SYS_TIME_H \
     SYS_TYPES_H UNISTD_H >jansson_private_config.h
 ln -sfn . OpenEXR
@@ -115,9 +113,10 @@ inside() { # FOLDER PATTERN...: names of files there
         $(inside libzstd/lib common/*.c compress/*.c decompress/*.c)
     compile jansson/src "-DHAVE_STDINT_H" $(inside jansson/src '*.c')
     compile libpng1.6 '-DPNG_INTEL_SSE_OPT=0' $(inside libpng1.6 'png*.c' | grep -v pngtest)
+    # What decodes.
     compile libjpeg-turbo '' $(sed -n '/^set(JPEG_SOURCES/,/)/{
-        s/.*SOURCES//; s/)//; p; }' "$sources/libjpeg-turbo/CMakeLists.txt") \
-        jaricom.c jcarith.c jdarith.c jsimd_none.c
+        s/.*SOURCES//; s/)//; p; }' "$sources/libjpeg-turbo/CMakeLists.txt" |
+        tr ' ' '\n' | grep -vE '^j(c[^o]|fdct)') jaricom.c jdarith.c jsimd_none.c
     compile xxhash '' xxhash.c
     compile openexr/src/lib/OpenEXRCore '' \
         $(inside openexr/src/lib/OpenEXRCore '*.c')

@@ -4,16 +4,16 @@
 # the libraries of libraries.sh.
 set -eu
 export NODE_PATH=/usr/share/nodejs # where Debian's emcc finds what it needs
+export PKG_CONFIG_LIBDIR=/nowhere # that of this system
 wasm=$1/wasm package=$1/npm/package
 # The compiler itself: emcc takes half a second to call it.
 cc="clang $(emcc --cflags)"
 flags='-Os -msimd128 -DNDEBUG'
 CC=$cc AR=emar CFLAGS="$flags -DZSTD_NO_INLINE -DHUF_FORCE_DECOMPRESS_X1 \
     -DZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT" sh packaging/libraries.sh "$1/sources" "$wasm/deps"
-${MAKE:-make} -s DEPS=no PORT=wasm BUILD="$wasm" PORT_FLAGS= CC="$cc" AR=emar \
-    CFLAGS="$flags" HOT=-O3 CPPFLAGS="-isystem $wasm/deps/include" EXR_CFLAGS= \
-    DEFLATE_CFLAGS=-DIBL_LIBDEFLATE=1 ZSTD_CFLAGS= JSON_CFLAGS= CLI_CFLAGS= \
-    WARN=-w CWARN= "$wasm/iblbake.wasm"
+${MAKE:-make} -s -j"$(nproc)" DEPS=no PORT=wasm BUILD="$wasm" PORT_FLAGS= CC="$cc" AR=emar \
+    CFLAGS="$flags" HOT=-O3 CPPFLAGS="-isystem $wasm/deps/include" \
+    DEFLATE=libdeflate WARN=-w CWARN= "$wasm/iblbake.wasm"
 rm -rf "$package"
 mkdir -p "$package/bin"
 cp src/npm/index.mjs src/npm/index.d.ts src/npm/system.mjs src/npm/memory.mjs \

@@ -9,6 +9,7 @@ mkdir -p "$1/windows/deps"
 build=$(cd "$1/windows" && pwd) deps=$build/deps
 machine=x86_64-w64-mingw32
 export CC=$machine-gcc-posix AR=$machine-ar
+export PKG_CONFIG_LIBDIR=/nowhere # that of this system
 [ "$deps/libdeps.a" -nt packaging/libraries.sh ] ||
     CFLAGS=-O2 sh packaging/libraries.sh "$1/sources" "$deps"
 $AR rcs "$deps/libdl.a" # dlopen() is in no library here
@@ -17,10 +18,8 @@ echo '1 24 "packaging/windows.manifest"' | $machine-windres -o "$build/manifest.
 # gcc does not align the stack to 32 bytes on Windows, and AVX's moves want that
 # unless the assembler takes others. Threads get the stack that POSIX's have.
 run_make() {
-    make -s -j"$(nproc)" DEPS=no BUILD="$build" PORT=windows CC=$CC AR=$AR HAVE_VIEW=no \
-        HAVE_CXX= PKG_CONFIG_PATH=/nowhere DEFLATE=libdeflate \
-        DEFLATE_CFLAGS=-DIBL_LIBDEFLATE=1 EXR_CFLAGS= ZSTD_CFLAGS= JSON_CFLAGS= \
-        CLI_CFLAGS= CLI_LIBS= IO_LIBS="$deps/libdeps.a" BIN="$build/iblbake.exe" \
+    make -s -j"$(nproc)" DEPS=no BUILD="$build" PORT=windows CC=$CC AR=$AR \
+        DEFLATE=libdeflate IO_LIBS="$deps/libdeps.a" BIN="$build/iblbake.exe" \
         CPPFLAGS="-I$deps/include -D__USE_MINGW_ANSI_STDIO=1 \
             -D__USE_MINGW_ACCESS -D_FILE_OFFSET_BITS=64 \
             -D_POSIX_THREAD_SAFE_FUNCTIONS \

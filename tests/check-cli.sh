@@ -18,7 +18,7 @@
 # last command.
 #
 # PROGRAM, a port of it, takes only these, without those whose name or first
-# commands are like EXCEPT.
+# commands are like EXCEPT, and with IBL_TEST_QUICK each third.
 set -u
 . tests/lib.sh
 slow='interrupted|scenes|fewest|choice|lights_auto|pictures|printed|depfile'
@@ -63,6 +63,7 @@ run_case() {
     local before after got text why= f
     [ -z "${EXCEPT:-}" ] || [[ ! "$name $setup" =~ $EXCEPT ]] || return
     picked "$name" || return
+    [ -z "${PROGRAM:-}" ] || taken || return
     case $command in
     *unprivileged*)
         [ $reachable = yes ] || {

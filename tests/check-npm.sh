@@ -4,13 +4,10 @@
 # command and its functions beside the program that was built for this machine.
 set -u
 . tests/lib.sh
-slow='cases'
 need emcc clang node npm npx brotli
-version=$(sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' include/ibl/ibl.h)
 native=$build/iblbake
 [ -x "$native" ] || { echo "$native: not built"; exit 1; }
-log=$(sh packaging/npm.sh "$build" "$version" 2>&1) || { verdict build "$log"; end; exit; }
-verdict build
+packed npm
 cd "$work" || exit 1
 echo '{ "private": true, "type": "module" }' >package.json
 log=$(npm install --silent --no-audit --no-fund --offline \

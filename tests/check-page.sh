@@ -10,6 +10,7 @@ set -u
 need node npm chromium emcc
 log=$(${MAKE:-make} -s DEPS=no BUILD="$build" page 2>&1) || {
     [[ $log != *'npm error'* ]] || skip_all 'npm cannot fetch three.js'
+    [[ $log != *'libraries: no source'* ]] || skip_all "${log##*libraries: }"
     verdict 'make page' "$log"
     end
     exit

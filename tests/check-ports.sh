@@ -1,24 +1,32 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs the test of each port that is there; the last line sums up. A test without
-# what it needs says so and is skipped.
+# Runs the tests of what is built for other systems, installed, or drawn by engines,
+# two at a time, with each third of many alike cases; the last line sums up. A test
+# without what it needs says so and is skipped.
 set -u
-passed=0 failed=0 skipped=0
-log=$(mktemp) || exit 1
-trap 'rm -f "$log"' EXIT
-for test in npm page windows deb; do
-    script=tests/check-$test.sh
-    [ -e "$script" ] || continue
-    echo "== check-$test"
-    bash "$script" 2>&1 | tee "$log"
-    if [[ $(tail -n 1 "$log") =~ ^([0-9]+)' passed, '([0-9]+)' failed, '([0-9]+)' skipped'$ ]]; then
-        passed=$((passed + BASH_REMATCH[1]))
-        failed=$((failed + BASH_REMATCH[2]))
-        skipped=$((skipped + BASH_REMATCH[3]))
-    else
-        echo "FAILED: check-$test: ended without a verdict"
-        failed=$((failed + 1))
-    fi
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+export IBL_TEST_QUICK=1
+unset MAKEFLAGS MFLAGS MAKELEVEL
+
+run() { # TEST...: one after the other
+    local test
+    for test; do
+        env --default-signal bash "tests/check-$test.sh" >"$work/$test" 2>&1 \
+            </dev/null
+        sed "1i == check-$test, after $SECONDS s" "$work/$test"
+    done
+}
+run npm page &
+run windows &
+for test in deb install arm64 clients; do
+    wait -n
+    run $test &
 done
-echo "$passed passed, $failed failed, $skipped skipped"
-[ $failed -eq 0 ]
+wait
+
+cat "$work"/* | awk '/^[0-9]+ passed, [0-9]+ failed, [0-9]+ skipped$/ {
+        tests++; passed += $1; failed += $3; skipped += $5 }
+    END { if (tests != 7) { print "a test ended without a verdict"; failed++ }
+        print passed " passed, " failed " failed, " skipped " skipped"
+        exit failed > 0 }'

@@ -381,7 +381,7 @@ TEST(two_at_once)
 
     ibl_outputs *out = create();
     NEED(!flock(fd, LOCK_EX));
-    ibl_outputs_hold(out, fd);
+    ibl_outputs_hold(out, at("two"));
     alarm(60);
     CHECK(!add(out, at("two/a"), "y") && !ibl_outputs_commit(out));
     alarm(0);

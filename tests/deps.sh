@@ -6,6 +6,9 @@
 #   deps.sh bench    what comparing with other programs needs besides
 #   deps.sh deb      what Debian's packages need besides build, and their test
 #   deps.sh windows  what the program for Windows needs, and its test
+#   deps.sh npm      what the package of npm needs
+#   deps.sh page     what the page needs besides, and the tests of both
+#   deps.sh arm64    what the test on aarch64 needs besides build
 #   deps.sh name     names those of build, and fails if any is missing
 # DEPS=no: does nothing; the compiler or the test says what it misses.
 set -eu
@@ -53,8 +56,6 @@ astcenc:decodes_ASTC
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
 chromium:runs_the_engines_of_check-clients
-gcc-aarch64-linux-gnu:compiles_for_aarch64
-qemu-user:runs_that
 procps:finds_what_runs_on
 slurm-wlm:a_cluster_of_one_machine
 munge:its_authentication
@@ -93,21 +94,26 @@ dpkg-dev:unpacks_sources_of_libraries
 nodejs:runs_the_package
 npm:packs_it
 '
-ports="$build$npm$windows$deb"'
+page="$npm"'
 brotli:measures_the_package
 chromium:shows_the_page
 openimageio-tools:makes_test_images
+'
+arm64="$build"'
+gcc-aarch64-linux-gnu:compiles_for_aarch64
+qemu-user:runs_that
 '
 
 case ${1:-} in
 build | name) wanted=$build ;;
 npm) wanted=$npm ;;
-ports) wanted=$ports ;;
+page) wanted=$page ;;
+arm64) wanted=$arm64 ;;
 check) wanted=$check ;;
 bench) wanted=$bench ;;
 deb) wanted=$deb ;;
 windows) wanted=$windows ;;
-*) echo 'usage: deps.sh build|check|bench|deb|npm|ports|windows|name' >&2; exit 2 ;;
+*) echo 'usage: deps.sh build|check|bench|deb|windows|npm|page|arm64|name' >&2; exit 2 ;;
 esac
 [ "${DEPS:-yes}" != no ] || exit 0
 command -v dpkg-query >/dev/null 2>&1 || {

@@ -64,6 +64,18 @@ skip_all() { # WHY
     echo '0 passed, 0 failed, 1 skipped'
     exit 0
 }
+# packed NAME: sets version, and has packaging/NAME.sh make what is tested; the
+# sources of libraries may be out of reach.
+packed() {
+    local log
+    version=$(sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' include/ibl/ibl.h)
+    log=$(sh "packaging/$1.sh" "$build" "$version" 2>&1) &&
+        { verdict build; return; }
+    [[ $log != *'libraries: no source'* ]] || skip_all "${log##*libraries: }"
+    verdict build "$log"
+    end
+    exit
+}
 # refused STATUS GLOB COMMAND...: the command ends with that status and one line
 # like GLOB, prints nothing, and leaves nothing in this directory.
 refused() {

@@ -40,7 +40,7 @@ slots=$(($(nproc) + 1))
 [ -z "${IBL_TEST_LARGE:-}" ] || slots=1
 
 # ---- what there is to run: a name, a build and a script, or a program ------
-tests=() long=()
+tests=()
 first=$1
 programs() {
     local build=$1 program
@@ -53,12 +53,11 @@ scripts() {
     for script in tests/check-*.sh; do
         case $quick:$build:$script in
         # Those of make check-ports.
-        *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh) ;;
+        *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh | \
+            *-arm64.sh | *-install.sh | *-clients.sh) ;;
         yes:*/check-cli.sh | yes:*/check-glsl.sh)
             tests+=("$build: $script") ;;
         yes:*) ;;
-        *:"$first":*/check-install.sh | *:"$first":*/check-clients.sh)
-            long+=("$build: $script") ;;
         *asan:*/check-fuzz.sh | *san:*/check-cli.sh | \
             *asan:*/check-batch.sh | *asan:*/check-pairs.sh)
             tests+=("$build: $script") ;;
@@ -68,13 +67,12 @@ scripts() {
         esac
     done
 }
-# The longest tests must not be the last to begin: after two that take minutes
-# the slowest builds, which are the last ones, and of each build the scripts.
+# The longest tests must not be the last to begin: first are the slowest builds,
+# which are the last ones, and of each build the scripts.
 for ((i = $#; i > 0; i--)); do
     scripts "${!i}"
     programs "${!i}"
 done
-tests=("${long[@]}" "${tests[@]}")
 
 # ---- running them ----------------------------------------------------------
 # Each has a session of its own, by which all of it can be killed; and what

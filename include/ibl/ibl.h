@@ -178,8 +178,8 @@ ibl_ctx_options ibl_ctx_options_default(void);
  * Makes a context with its pool of threads. These threads block all signals
  * except faults, so handlers run on other threads. opts: NULL for defaults.
  * IBL_ERR_ARGUMENT: threads or isa out of range. IBL_ERR_UNSUPPORTED: the CPU
- * lacks the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is
- * NULL after an error.
+ * lacks the instruction set. IBL_ERR_MEMORY: no memory. *ctx is NULL after an
+ * error. Threads that the system does not have do not work.
  */
 ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **ctx);
 void ibl_ctx_free(ibl_ctx *ctx); /* NULL is fine */

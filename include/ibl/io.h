@@ -735,9 +735,9 @@ void ibl_outputs_free(ibl_outputs *out);
  * added any more, and a commit that renames is waited for. It makes only system
  * calls, so a signal handler may call it on any thread; errno is kept. */
 void ibl_outputs_abort_all(void);
-/* The caller has this directory locked by flock, exclusively, by a descriptor
- * that stays open until the set is freed: commit does not wait for it. */
-void ibl_outputs_hold(ibl_outputs *out, int directory);
+/* The caller has this directory locked by flock, exclusively, until the set is
+ * freed: commit does not wait for it. */
+void ibl_outputs_hold(ibl_outputs *out, const char *directory);
 
 IBL_API_END
 #ifdef __cplusplus

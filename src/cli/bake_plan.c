@@ -177,10 +177,9 @@ void ibl_files_free(ibl_files *f)
 static bool check_made(ibl_job *r, const ibl_files *f, const char *path)
 {
     ibl_console *c = &r->console;
-    ibl_port_file made;
-    struct stat out;
+    struct stat out, own;
     const int error = stat(path, &out) ? errno : 0;
-    const bool link = ibl_port_is_link(path);
+    const bool link = !lstat(path, &own) && S_ISLNK(own.st_mode);
 
     if (!error && !S_ISREG(out.st_mode))
         return ibl_console_fail(
@@ -201,9 +200,8 @@ static bool check_made(ibl_job *r, const ibl_files *f, const char *path)
         if (!ibl_console_differ(c, f->path[i], path, "--name or directory"))
             return false;
     for (int i = 0; r->maps && i < r->maps->count; i++)
-        if (ibl_port_identify(path, &made) &&
-            r->maps->list[i].file.number == made.number &&
-            r->maps->list[i].file.device == made.device)
+        if (r->maps->list[i].file.st_ino == out.st_ino &&
+            r->maps->list[i].file.st_dev == out.st_dev)
             return ibl_console_fail(c,
                                     "%s: would be replaced by %s, an output: "
                                     "choose another directory",

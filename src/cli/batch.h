@@ -3,8 +3,9 @@
 #ifndef CLI_BATCH_H
 #define CLI_BATCH_H
 
+#include <sys/stat.h>
+
 #include "cli/job.h"
-#include "port/port.h"
 
 typedef enum ibl_map_state {
     IBL_MAP_WAITS,
@@ -16,7 +17,7 @@ typedef enum ibl_map_state {
 typedef struct ibl_map {
     char *input;
     char *name; /* of its outputs, below the directory of all: "sub/env" */
-    ibl_port_file file; /* number 0: there is none of that name */
+    struct stat file; /* st_ino 0: there is none of that name */
     ibl_map_state state;
     double pixels; /* 0: not known before it is read, as are bytes */
     double bytes;  /* of memory that its bake takes, beside the program */

@@ -29,7 +29,8 @@ static bool add(ibl_maps *maps, const char *input, const char *sub,
     ibl_map *m = &maps->list[maps->count++];
     *m = (ibl_map){.input = ibl_need(strdup(input)),
                    .name = ibl_need(ibl_format("%s%s", sub, stem))};
-    ibl_port_identify(input, &m->file);
+    if (stat(input, &m->file))
+        m->file.st_ino = 0;
     return true;
 }
 
@@ -64,6 +65,7 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
 {
     DIR *dir = opendir(folder);
     const struct dirent *entry;
+    struct stat st;
     bool ok = true;
 
     if (!dir)
@@ -73,7 +75,7 @@ static bool add_entries(ibl_maps *maps, const char *folder, const char *sub,
         if (*entry->d_name == '.')
             continue;
         char *path = ibl_need(ibl_path_join(folder, entry->d_name));
-        if (all && is_folder(path) && !ibl_port_is_link(path)) {
+        if (all && !lstat(path, &st) && S_ISDIR(st.st_mode)) {
             char *below = ibl_need(ibl_format("%s%s/", sub, entry->d_name));
             ok = add_entries(maps, path, below, true, c);
             free(below);

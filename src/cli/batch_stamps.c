@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "cli/batch.h"
@@ -83,21 +84,24 @@ static void end(stamp *s)
 /* ---- the file ------------------------------------------------------------ */
 
 /* What changes with a file: size, times of contents and of inode, inode. */
-static void identify(const ibl_port_file *f, char text[IDENTITY_BYTES])
+static void identify(const struct stat *st, char text[IDENTITY_BYTES])
 {
-    snprintf(text, IDENTITY_BYTES, "%llu:%lld:%lld:%llu",
-             (unsigned long long)f->size, (long long)f->written,
-             (long long)f->changed, (unsigned long long)f->number);
+    const struct timespec w = st->st_mtim, c = st->st_ctim;
+
+    snprintf(text, IDENTITY_BYTES, "%lld:%lld.%09ld:%lld.%09ld:%llu",
+             (long long)st->st_size, (long long)w.tv_sec, (long)w.tv_nsec,
+             (long long)c.tv_sec, (long)c.tv_nsec,
+             (unsigned long long)st->st_ino);
 }
 
 static bool is_same(const char *path, const char *hash, const char *identity)
 {
     char now[IDENTITY_BYTES], content[IBL_FILE_HASH];
-    ibl_port_file file;
+    struct stat st;
 
-    if (!ibl_port_identify(path, &file))
+    if (stat(path, &st))
         return false;
-    identify(&file, now);
+    identify(&st, now);
     return !strcmp(now, identity) ||
            (!ibl_hash_file(path, content) && !strcmp(content, hash));
 }
@@ -127,47 +131,50 @@ bool ibl_stamp_commit(ibl_job *r, double since)
 {
     ibl_outputs *outputs = NULL;
     char *text = NULL;
-    int held = -1; /* a descriptor of the folder */
+    const struct timespec nap = {.tv_nsec = 2000000};
+    int lock = -1;
     stamp s;
 
     if (!r->opts->incremental)
         return ibl_job_commit(r);
     bool ok = begin(r, &s), known = ok;
     if (ok) {
-        held = ibl_port_open_folder(s.folder);
-        if (held >= 0)
-            ibl_port_lock_folder(held, true);
+        while (!ibl_port_lock_folder(s.folder, &lock))
+            nanosleep(&nap, NULL);
         ok = known = ibl_job_commit(r);
     }
     ibl_append(&text, STAMP " %s %d\n", s.options, s.files.count);
     for (int i = 0; i < s.files.count && known; i++) {
         const char *path = s.files.path[i], *name = "";
         char identity[IDENTITY_BYTES], hash[IBL_FILE_HASH];
-        ibl_port_file file;
-        known = ibl_port_identify(path, &file);
+        struct stat st;
+        known = !stat(path, &st);
         if (i >= s.files.inputs) {
             name = path + strlen(r->opts->directory);
             name += strspn(name, "/");
             known &= !strchr(name, '\n'); /* which would end the line */
         } else if (known) {
-            known = 1e-9 * (double)file.changed <= since - TICK_SECONDS;
+            known =
+                (double)st.st_ctim.tv_sec + 1e-9 * (double)st.st_ctim.tv_nsec <=
+                since - TICK_SECONDS;
         }
         known = known && !ibl_hash_file(path, hash);
         if (known) {
-            identify(&file, identity);
+            identify(&st, identity);
             ibl_append(&text, "%s %s %s\n", hash, identity, name);
         }
     }
     if (known) {
         ok = !ibl_outputs_create(r->ctx, 0, &outputs);
-        ibl_outputs_hold(outputs, held);
+        if (lock >= 0)
+            ibl_outputs_hold(outputs, s.folder);
         ok = ok && !ibl_outputs_add(outputs, s.path, text, strlen(text)) &&
              !ibl_outputs_commit(outputs);
         ibl_outputs_free(outputs);
     }
     free(text);
-    if (held >= 0)
-        ibl_port_close_folder(held);
+    if (lock >= 0)
+        close(lock);
     end(&s);
     return ok;
 }

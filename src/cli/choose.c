@@ -443,7 +443,8 @@ static const char *why(search *s, const pick *p, int part, char text[40])
 }
 
 /* Adds rows of the parts. */
-static void tell(search *s, const pick *p, const ibl_opts *o, ibl_choice *c)
+static void tell_found(search *s, const pick *p, const ibl_opts *o,
+                       ibl_choice *c)
 {
     static const char *const of_f0[] = {"", ", for metals only",
                                         ", for dielectrics only"};
@@ -542,7 +543,7 @@ static void search_all(search *s, ibl_choice *c)
     c->bytes = ibl_candidate_bytes(&o);
     c->error = m.value[IBL_FIGURE_NRMSE];
     c->standard_error = m.error[IBL_FIGURE_NRMSE];
-    tell(s, &best, &o, c);
+    tell_found(s, &best, &o, c);
     if (!c->reached)
         tell_limit(s, &fine, fmin(least, c->error), c);
     *s->o = o;

@@ -140,7 +140,7 @@ void ibl_console_progress(ibl_console *c, const char *stage, double done)
     const double t = run_stage(c, stage);
 
     done = fmin(fmax(done, 0), 1);
-    if (!c->front)
+    if (ibl_port_progress && !c->front)
         ibl_port_progress(done);
     if (!c->terminal)
         return;

@@ -7,7 +7,6 @@
 #include "cli/common_options.h"
 #include "common/process.h"
 #include "common/signals.h"
-#include "port/port.h"
 
 static const ibl_command *const commands[] = {&ibl_bake_command,
                                               &ibl_verify_command,
@@ -21,7 +20,7 @@ const ibl_program ibl_this_program = {"iblbake", commands};
 
 int main(int argc, char **argv)
 {
-    ibl_port_begin(argc, argv);
+    ibl_signals_catch(argc, argv);
     /* Of two words, since sets of probes are what was merged. */
     const char *word =
         argc > 2 && !strcmp(argv[1], "probes") ? argv[2] : argv[1];
@@ -31,7 +30,6 @@ int main(int argc, char **argv)
             "--shard K/N SET.json... -o DIR");
         return 2;
     }
-    ibl_signals_catch();
     int status = ibl_command_main(argc, argv);
 
     errno = 0;

@@ -6,12 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "cli/probes.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "ibl/sidecar.h"
-#include "port/port.h"
 #include "json/json_text.h"
 
 /* The files of a set. */
@@ -125,21 +125,27 @@ static bool hash_inputs(ibl_probes_bake *p)
     return ok;
 }
 
+static bool is_later(struct timespec a, struct timespec b)
+{
+    return a.tv_sec > b.tv_sec ||
+           (a.tv_sec == b.tv_sec && a.tv_nsec > b.tv_nsec);
+}
+
 /* Whether the files are there and those of the hash. One that is newer than the
  * index was edited, or a run was killed before it wrote the index. */
 static bool is_kept(const ibl_probes_bake *p)
 {
-    ibl_port_file index, file;
+    struct stat index, file;
     ibl_json_why why;
     json_t *old = p->opts->force
                       ? NULL
                       : ibl_json_load(p->path[IBL_PROBES_INDEX], 0, &why);
     bool kept = !strcmp(text_of(old, "hash"), p->hash) &&
-                ibl_port_identify(p->path[IBL_PROBES_INDEX], &index);
+                !stat(p->path[IBL_PROBES_INDEX], &index);
 
     for (int i = 0; i < IBL_PROBES_INDEX && kept; i++)
-        kept = !p->path[i] || (ibl_port_identify(p->path[i], &file) &&
-                               file.written <= index.written);
+        kept = !p->path[i] || (!stat(p->path[i], &file) &&
+                               !is_later(file.st_mtim, index.st_mtim));
     json_decref(old);
     return kept;
 }

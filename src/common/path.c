@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/path.h"
 
+#include <ctype.h>
 #include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "port/port.h"
@@ -19,11 +21,11 @@ const char *ibl_path_name(const char *path)
 
 int ibl_path_same(const char *a, const char *b)
 {
-    ibl_port_file x, y;
+    struct stat x, y;
 
-    if (!ibl_port_identify(a, &x) || !ibl_port_identify(b, &y))
+    if (stat(a, &x) || stat(b, &y))
         return errno == ENOENT || errno == ENOTDIR ? 0 : -1;
-    return x.device == y.device && x.number == y.number;
+    return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }
 
 char *ibl_path_join(const char *directory, const char *name)
@@ -36,7 +38,9 @@ char *ibl_path_join(const char *directory, const char *name)
 char *ibl_path_beside(const char *file, const char *name)
 {
     const char *last = ibl_path_name(file);
-    const int length = !ibl_port_root(name) ? (int)(last - file) : 0;
+    const bool drive = isalpha((unsigned char)*name) && name[1] == ':' &&
+                       (name[2] == '/' || name[2] == '\\');
+    const int length = *name == '/' || drive ? 0 : (int)(last - file);
 
     return ibl_format("%.*s%s", length, file, name);
 }
@@ -108,9 +112,9 @@ bool ibl_path_of_part(const char *name, char path[IBL_PART_BYTES])
 {
     /* In a build, and of its tests; installed under any prefix. */
     static const char *const places[] = {"", "../lib/iblbake/", "../"};
-    char program[2048];
+    char program[IBL_PORT_PATH];
 
-    if (!ibl_port_program(program, sizeof program))
+    if (!realpath("/proc/self/exe", program))
         return false;
     *strrchr(program, '/') = '\0';
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {

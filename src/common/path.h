@@ -31,7 +31,7 @@ size_t ibl_uri_bytes(char *text);
 bool ibl_uri_decode(char *text);
 
 enum {
-    IBL_PART_BYTES = 2304
+    IBL_PART_BYTES = 4352
 };
 /* Finds a part of the program that is loaded on demand: beside it (in a build)
  * or in ../lib/iblbake (installed). False: not found, so the path that was

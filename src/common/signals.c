@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/path.h"
 #include "ibl/io.h"
 #include "port/port.h"
 
@@ -17,9 +18,13 @@ static void *need_bytes(size_t size)
     return ibl_need(malloc(size));
 }
 
-void ibl_signals_catch(void)
+static const char *program = "iblbake";
+
+void ibl_signals_catch(int argc, char **argv)
 {
-    ibl_port_catch_signals(ibl_outputs_abort_all);
+    if (argc)
+        program = ibl_path_name(*argv);
+    ibl_port_begin(argc, argv, ibl_outputs_abort_all);
     json_set_alloc_funcs(need_bytes, free);
 }
 
@@ -28,7 +33,7 @@ void *ibl_need(void *p)
     if (p)
         return p;
     fprintf(stderr, "%s: no memory: ask for less, or end other programs\n",
-            ibl_port_name());
+            program);
     ibl_outputs_abort_all();
     _exit(1); /* other threads may run: no exit functions */
 }

@@ -114,8 +114,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
 no_memory:
     ibl_ctx_free(ctx);
     return ibl_fail(&early, IBL_ERR_MEMORY,
-                    "no memory or threads for a context of %d threads: "
-                    "ask for fewer",
+                    "no memory for a context of %d threads: ask for fewer",
                     threads);
 }
 

@@ -129,20 +129,21 @@ ibl_pool *ibl_pool_create(int threads)
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->idle, NULL);
     pool->workers = ibl_alloc_zeroed((size_t)threads, sizeof *pool->workers);
-    if (!pool->workers)
-        goto fail;
+    if (!pool->workers) {
+        ibl_pool_free(pool);
+        return NULL;
+    }
+    ibl_port_hold_signals(); /* threads take none */
     for (int i = 1; i < threads; i++) {
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
         w->index = i;
-        if (!ibl_port_start(&w->thread, worker_main, w))
-            goto fail;
+        if (pthread_create(&w->thread, NULL, worker_main, w))
+            break;
         pool->started++;
     }
+    ibl_port_release_signals();
     return pool;
-fail:
-    ibl_pool_free(pool);
-    return NULL;
 }
 
 void ibl_pool_free(ibl_pool *pool)

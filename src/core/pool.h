@@ -14,8 +14,9 @@ typedef void ibl_job_fn(void *arg, int job, int worker);
  * false prevents further jobs from starting. */
 typedef bool ibl_tick_fn(void *arg, int done, int jobs);
 
-/* NULL if memory or threads are not available. The thread that calls
- * ibl_pool_run is one of the threads; the others block signals. */
+/* NULL: no memory. The thread that calls ibl_pool_run is one of the threads;
+ * the others block signals, and those that the system does not have do not
+ * work. */
 ibl_pool *ibl_pool_create(int threads);
 void ibl_pool_free(ibl_pool *pool); /* NULL is allowed */
 int ibl_pool_threads(const ibl_pool *pool);

@@ -2,6 +2,7 @@
 #include "io/input.h"
 
 #include <errno.h>
+#include <locale.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -202,8 +203,8 @@ bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
         return true;
     }
     while (*got < size) {
-        const ptrdiff_t n = ibl_port_read_at(in->fd, (char *)dst + *got,
-                                             size - *got, offset + *got);
+        const ssize_t n = pread(in->fd, (char *)dst + *got, size - *got,
+                                (off_t)(offset + *got));
         if (n == 0)
             return true;
         if (n < 0 && errno != EINTR)
@@ -233,12 +234,19 @@ ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH])
 
 bool ibl_take_number(char **t, double *value)
 {
-    char *end;
+    const char *point = localeconv()->decimal_point;
+    const size_t n = strspn(*t, " \t\r\n+-0123456789");
+    const bool has = (*t)[n] == '.';
+    char text[256], *end;
 
-    *value = ibl_port_number(*t, &end);
-    if (end == *t || isnan(*value))
+    snprintf(text, sizeof text, "%.*s%s%s", (int)n, *t, has ? point : "",
+             *t + n + has);
+    *value = strtod(text, &end);
+    if (end == text || isnan(*value))
         return false;
-    *t = end;
+    *t += end - text;
+    if (has && end > text + n)
+        *t -= strlen(point) - 1;
     return true;
 }
 

@@ -41,8 +41,9 @@ enum {
 
 /* A file of the set. */
 typedef struct slot {
-    ibl_port_file dir; /* of the target */
-    int lock;          /* of that, with its first slot of a commit; or -1 */
+    struct stat dir; /* of the target */
+    bool leads;      /* the first slot of that in a commit, which locks it */
+    int lock;        /* of that, or -1 */
     char hash[IBL_FILE_HASH]; /* of the bytes */
     char target[PATH_BYTES];  /* not a symbolic link */
     char temporary[PATH_BYTES];
@@ -66,7 +67,8 @@ struct ibl_outputs {
     atomic_int count;     /* slots in use */
     atomic_int dir_count; /* directories that were made */
     bool sync;
-    int held;            /* a directory that the caller has locked, or -1 */
+    bool holds;          /* the caller has a directory locked */
+    struct stat held;    /* that */
     atomic_bool aborted; /* permanent: no more files or renames */
     atomic_bool changes; /* on a thread that no signal stops */
     /* 4 MiB, not touched before use. */
@@ -136,7 +138,6 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out)
     memset(set, 0, offsetof(ibl_outputs, slots));
     set->ctx = ctx;
     set->sync = sync;
-    set->held = -1;
     pthread_mutex_lock(&list_lock);
     set->next = all_sets;
     all_sets = set;
@@ -145,10 +146,10 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, int sync, ibl_outputs **out)
     return IBL_OK;
 }
 
-void ibl_outputs_hold(ibl_outputs *out, int directory)
+void ibl_outputs_hold(ibl_outputs *out, const char *directory)
 {
     if (out)
-        out->held = directory;
+        out->holds = !stat(directory, &out->held);
 }
 
 /* Between these no signal stops the thread, and ibl_outputs_abort_all waits, so
@@ -168,9 +169,10 @@ static void end_change(ibl_outputs *out)
 
 /* ---- directories ---------------------------------------------------- */
 
-/* Makes one directory; its parent must exist. */
-static ibl_status make_dir(ibl_outputs *out, const char *path)
+/* Makes a directory and those above it that are missing. */
+static ibl_status make_dir(ibl_outputs *out, char *path)
 {
+    char *slash = strrchr(path, '/');
     struct stat st;
     if (!stat(path, &st)) {
         if (S_ISDIR(st.st_mode))
@@ -179,15 +181,22 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         "%s: is there and is no directory: choose another name",
                         path);
     }
-    if (errno != ENOENT)
+    if (errno != ENOENT && errno != ENOTDIR)
         return failed(out, path, "cannot be looked at");
+    if (slash && slash > path) {
+        *slash = '\0';
+        const ibl_status status = make_dir(out, path);
+        *slash = '/';
+        if (status || !slash[1])
+            return status;
+    }
     if (out->dir_count == IBL_MAX_OUTPUT_DIRS)
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
                         "%s: over %d directories to make", path,
                         IBL_MAX_OUTPUT_DIRS);
 
     memcpy(out->dirs[out->dir_count], path, strlen(path) + 1);
-    if (ibl_port_make_folder(path)) {
+    if (!mkdir(path, 0777)) {
         out->dir_count++;
         return IBL_OK;
     }
@@ -200,20 +209,14 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
 
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
 {
-    char prefix[PATH_BYTES];
+    char copy[PATH_BYTES];
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_mkdir: out");
     ibl_status status = check_length(out, path);
-    size_t n = path ? ibl_port_root(path) : 0;
-
-    if (!begin_change(out))
-        status = IBL_ERR_CANCELLED;
-    while (!status && path[n += strspn(path + n, "/")]) {
-        n += strcspn(path + n, "/");
-        memcpy(prefix, path, n);
-        prefix[n] = '\0';
-        status = make_dir(out, prefix);
-    }
+    if (status)
+        return status;
+    memcpy(copy, path, strlen(path) + 1);
+    status = begin_change(out) ? make_dir(out, copy) : IBL_ERR_CANCELLED;
     end_change(out);
     return status;
 }
@@ -322,11 +325,17 @@ static ibl_status check_existing(const ibl_outputs *out, const char *path)
 
 /* The order in which all processes lock directories, so that none waits for one
  * that waits for it; 0: the same directory. */
-static int compare_dirs(const slot *a, const slot *b)
+static int compare_dirs(const struct stat *a, const struct stat *b)
 {
-    if (a->dir.device != b->dir.device)
-        return a->dir.device < b->dir.device ? -1 : 1;
-    return a->dir.number < b->dir.number ? -1 : a->dir.number > b->dir.number;
+    if (a->st_dev != b->st_dev)
+        return a->st_dev < b->st_dev ? -1 : 1;
+    return a->st_ino < b->st_ino ? -1 : a->st_ino > b->st_ino;
+}
+
+static bool is_link(const char *path)
+{
+    struct stat st;
+    return !lstat(path, &st) && S_ISLNK(st.st_mode);
 }
 
 /* Sets the target of s, the identity of its directory, and the temporary's
@@ -340,8 +349,8 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     if (status)
         return status;
     memcpy(s->target, path, strlen(path) + 1);
-    if (ibl_port_is_link(path)) {
-        if (!ibl_port_resolve(path, s->target))
+    if (is_link(path)) {
+        if (!realpath(path, s->target))
             return ibl_fail(out->ctx, IBL_ERR_IO,
                             "%s: is a link that cannot be followed: %s: choose "
                             "another name",
@@ -355,11 +364,12 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
                         path);
 
     name_dir(s->target, dir);
-    if (!ibl_port_identify(dir, &s->dir))
+    if (stat(dir, &s->dir))
         return failed(out, path, "its directory cannot be reached");
     s->lock = -1;
+    s->leads = false;
     for (int i = 0; i < out->count; i++)
-        if (!compare_dirs(&out->slots[i], s) &&
+        if (!compare_dirs(&out->slots[i].dir, &s->dir) &&
             !strcmp(out->slots[i].target + dir_length(out->slots[i].target),
                     s->target + dir_length(s->target)))
             return ibl_fail(
@@ -404,7 +414,7 @@ static const char *write_temporary(const ibl_outputs *out, slot *s, int fd,
         ibl_hash_add(&hash, file->piece[i].bytes, file->piece[i].size);
     }
     ibl_hash_end(&hash, s->hash);
-    if (!trouble && out->sync && !ibl_port_flush(fd))
+    if (!trouble && out->sync && fsync(fd) && errno != EINVAL)
         trouble = "cannot be flushed to the disk";
     const int error = errno;
     /* NFS reports a full disk only here. */
@@ -585,7 +595,7 @@ const char *ibl_outputs_hash(ibl_outputs *out, const char *path)
     if (!out || !path)
         return "";
     end_writing(out);
-    if (ibl_port_is_link(path) && ibl_port_resolve(path, real))
+    if (is_link(path) && realpath(path, real))
         path = real; /* the target of a link */
     for (int i = 0; i < out->count; i++)
         if (!strcmp(out->slots[i].target, path))
@@ -631,19 +641,14 @@ static void lock_dir(ibl_outputs *out, slot *s)
 {
     /* One search of a directory by a process, not for each of its sets. */
     static _Atomic uint64_t searched[SEARCHED];
-    const uint64_t id = s->dir.device << 48 ^ s->dir.number;
+    const uint64_t id = (uint64_t)s->dir.st_dev << 48 ^ s->dir.st_ino;
     const struct timespec nap = {.tv_nsec = 2000000};
+    const bool mine = out->holds && !compare_dirs(&out->held, &s->dir);
     char dir[PATH_BYTES];
-    ibl_port_file held;
 
+    s->leads = true;
     name_dir(s->target, dir);
-    s->lock = ibl_port_open_folder(dir);
-    if (s->lock < 0)
-        return; /* writable but not readable */
-    const bool mine =
-        out->held >= 0 && ibl_port_identify_folder(out->held, &held) &&
-        held.device == s->dir.device && held.number == s->dir.number;
-    while (!mine && !ibl_port_lock_folder(s->lock, false) &&
+    while (!mine && !ibl_port_lock_folder(dir, &s->lock) &&
            !ibl_cancelled(out->ctx))
         nanosleep(&nap, NULL);
     if (atomic_exchange(&searched[id % SEARCHED], id) != id)
@@ -658,8 +663,8 @@ static void lock_dirs(ibl_outputs *out)
         next = NULL;
         for (int i = 0; i < out->count; i++) {
             slot *s = &out->slots[i];
-            if ((!last || compare_dirs(s, last) > 0) &&
-                (!next || compare_dirs(s, next) < 0))
+            if ((!last || compare_dirs(&s->dir, &last->dir) > 0) &&
+                (!next || compare_dirs(&s->dir, &next->dir) < 0))
                 next = s;
         }
         if (next)
@@ -672,7 +677,7 @@ static ibl_status rename_all(ibl_outputs *out)
 {
     for (int i = 0; i < out->count; i++) {
         const slot *s = &out->slots[i];
-        if (!ibl_port_replace(s->temporary, s->target))
+        if (rename(s->temporary, s->target))
             return failed(
                 out, s->target,
                 i ? "cannot be put in place, as others of its set were"
@@ -681,19 +686,14 @@ static ibl_status rename_all(ibl_outputs *out)
     return IBL_OK;
 }
 
-/* Flushes the directory of path. Ignores directories that cannot be flushed. */
+/* Flushes the directory of path. */
 static ibl_status flush_dir(ibl_outputs *out, const char *path)
 {
-    ibl_status status = IBL_OK;
     char dir[PATH_BYTES];
     name_dir(path, dir);
-    const int folder = ibl_port_open_folder(dir);
-    if (folder < 0)
-        return IBL_OK; /* the directory is writable but not readable */
-    if (!ibl_port_flush_folder(folder))
-        status = failed(out, path, "its directory cannot be flushed");
-    ibl_port_close_folder(folder);
-    return status;
+    return ibl_port_flush_folder(dir)
+               ? IBL_OK
+               : failed(out, path, "its directory cannot be flushed");
 }
 
 ibl_status ibl_outputs_commit(ibl_outputs *out)
@@ -708,12 +708,12 @@ ibl_status ibl_outputs_commit(ibl_outputs *out)
                                                            : rename_all(out);
     for (int i = 0; i < count; i++) {
         slot *s = &out->slots[i];
-        if (s->lock < 0)
-            continue;
-        if (!status && out->sync)
+        if (s->leads && !status && out->sync)
             status = flush_dir(out, s->target);
-        ibl_port_close_folder(s->lock);
+        if (s->lock >= 0)
+            close(s->lock);
         s->lock = -1;
+        s->leads = false;
     }
     for (int i = 0; !status && out->sync && i < out->dir_count; i++)
         status = flush_dir(out, out->dirs[i]);

@@ -6,8 +6,6 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
-#include <locale.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -26,27 +24,29 @@ bool ibl_port_readable(int file, int milliseconds)
     return poll(&p, 1, milliseconds) > 0;
 }
 
-int ibl_port_open_folder(const char *path)
+bool ibl_port_lock_folder(const char *path, int *lock)
 {
-    return open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-}
-
-bool ibl_port_lock_folder(int folder, bool wait)
-{
-    while (flock(folder, wait ? LOCK_EX : LOCK_EX | LOCK_NB))
-        if (errno != EINTR)
-            return errno != EWOULDBLOCK;
+    *lock = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    while (*lock >= 0 && flock(*lock, LOCK_EX | LOCK_NB)) {
+        if (errno == EINTR)
+            continue;
+        if (errno != EWOULDBLOCK)
+            break; /* it has no locks, as one of NFS */
+        close(*lock);
+        *lock = -1;
+        return false;
+    }
     return true;
 }
 
-bool ibl_port_flush_folder(int folder)
+bool ibl_port_flush_folder(const char *path)
 {
-    return !fsync(folder) || errno != EIO; /* not all can be flushed */
-}
+    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const bool ok = folder < 0 || !fsync(folder) || errno != EIO;
 
-void ibl_port_close_folder(int folder)
-{
-    close(folder);
+    if (folder >= 0)
+        close(folder);
+    return ok;
 }
 
 /* ---- memory -------------------------------------------------------------- */
@@ -57,63 +57,6 @@ uint64_t ibl_port_memory(void)
     return pages > 0 && size > 0 ? (uint64_t)pages * (uint64_t)size : 0;
 }
 
-/* What a group's file allows: bytes, or quota and period, as CPUs rounded up.
- * 0: "max", or there is no such file, as of a container's parents. */
-static uint64_t limit_of(const char *path)
-{
-    unsigned long long limit, period = 1;
-    FILE *file = fopen(path, "re");
-    const int read = file ? fscanf(file, "%llu %llu", &limit, &period) : 0;
-
-    if (file)
-        fclose(file);
-    return read < 1 || !period ? 0 : limit / period + (limit % period != 0);
-}
-
-/* The tightest limit from this process's group up to the root. The group is
- * that of version 2, in a line "0::GROUP". */
-static uint64_t find_limit(const char *root, const char *name)
-{
-    char group[4096] = "", path[2 * sizeof group];
-    uint64_t best = 0;
-
-    snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
-    FILE *file = fopen(path, "re");
-    while (file && strncmp(group, "0::", 3) != 0)
-        if (!fgets(group, sizeof group, file)) {
-            fclose(file);
-            return 0;
-        }
-    if (!file)
-        return 0;
-    fclose(file);
-    group[strcspn(group, "\n")] = '\0';
-    for (;;) {
-        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s/%s", root, group + 3,
-                 name);
-        const uint64_t limit = limit_of(path);
-        if (limit && (!best || limit < best))
-            best = limit;
-        char *slash = strrchr(group, '/');
-        if (!slash)
-            return best;
-        *slash = '\0';
-    }
-}
-
-int ibl_port_cpu_quota(const char *root)
-{
-    const uint64_t cpus = find_limit(root, "cpu.max");
-    return cpus < INT_MAX ? (int)cpus : INT_MAX;
-}
-
-uint64_t ibl_port_memory_quota(const char *root)
-{
-    return find_limit(root, "memory.max");
-}
-
-/* ---- threads, signals ---------------------------------------------------- */
-
 int ibl_port_cpus(void)
 {
     cpu_set_t set;
@@ -122,28 +65,19 @@ int ibl_port_cpus(void)
     return (int)sysconf(_SC_NPROCESSORS_ONLN);
 }
 
-bool ibl_port_start(pthread_t *thread, void *(*run)(void *), void *arg)
-{
-    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
-    sigset_t blocked, before;
-
-    sigfillset(&blocked);
-    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
-        sigdelset(&blocked, faults[i]);
-    pthread_sigmask(SIG_BLOCK, &blocked, &before);
-    const int error = pthread_create(thread, NULL, run, arg);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return !error;
-}
+/* ---- signals ------------------------------------------------------------ */
 
 static _Thread_local sigset_t held; /* what was blocked before */
 
 void ibl_port_hold_signals(void)
 {
-    sigset_t all;
+    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
+    sigset_t others;
 
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &held);
+    sigfillset(&others);
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+        sigdelset(&others, faults[i]);
+    pthread_sigmask(SIG_SETMASK, &others, &held);
 }
 
 void ibl_port_release_signals(void)
@@ -162,7 +96,7 @@ static void die(int number)
     raise(number);
 }
 
-void ibl_port_catch_signals(void (*leave)(void))
+static void catch_signals(void)
 {
     /* From outside, and ABRT, raised by libraries. */
     static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
@@ -170,7 +104,6 @@ void ibl_port_catch_signals(void (*leave)(void))
     struct sigaction action = {.sa_handler = die}, old;
     const size_t count = sizeof caught / sizeof *caught;
 
-    leaving = leave;
     sigemptyset(&action.sa_mask);
     for (size_t i = 0; i < count; i++)
         sigaddset(&action.sa_mask, caught[i]);
@@ -185,35 +118,19 @@ void ibl_port_catch_signals(void (*leave)(void))
 /* Opens /dev/null for each of descriptors 0 to 2 that is closed, in the wrong
  * direction, so that using it still fails. Otherwise an output file could get
  * that number, and messages would be written into it. */
-void ibl_port_begin(int argc, char **argv)
+void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
     (void)argc;
     (void)argv;
     for (int fd = 0; fd < 3; fd++)
-        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF)
-            if (open("/dev/null", fd ? O_RDONLY : O_WRONLY) < 0)
-                return; /* no other file can be opened either */
+        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF &&
+            open("/dev/null", fd ? O_RDONLY : O_WRONLY) < 0)
+            break; /* no other file can be opened either */
+    leaving = leave;
+    catch_signals();
 }
 
-void ibl_port_progress(double done)
-{
-    (void)done;
-}
-
-const char *ibl_port_name(void)
-{
-    return program_invocation_short_name;
-}
-
-bool ibl_port_program(char *path, size_t size)
-{
-    const ssize_t length = readlink("/proc/self/exe", path, size);
-
-    if (length <= 0 || (size_t)length >= size)
-        return false;
-    path[length] = '\0';
-    return true;
-}
+void (*const ibl_port_progress)(double done) = NULL;
 
 /* The host's name, and the namespace, since containers share files, too. */
 void ibl_port_place(char text[IBL_PORT_PATH])
@@ -243,16 +160,4 @@ bool ibl_port_load(const char *library, const char *name, void *function,
     /* POSIX lets it become a function pointer; C has no cast. */
     memcpy(function, &symbol, sizeof symbol);
     return symbol;
-}
-
-double ibl_port_number(const char *text, char **end)
-{
-    const locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    const locale_t was = uselocale(plain);
-    const double value = strtod(text, end);
-
-    uselocale(was);
-    if (plain)
-        freelocale(plain);
-    return value;
 }

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* What systems of POSIX share with WebAssembly, whose C library has these. */
+/* What all systems share. */
 #define _GNU_SOURCE
 #include "port/port.h"
 
-#include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#if __has_include(<sys/mman.h>)
 #include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#endif
 
 int ibl_port_open(const char *path)
 {
@@ -20,77 +21,6 @@ int ibl_port_create(const char *path)
 {
     return open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                 0666);
-}
-
-ptrdiff_t ibl_port_read_at(int file, void *to, size_t size, uint64_t offset)
-{
-    return pread(file, to, size, (off_t)offset);
-}
-
-bool ibl_port_flush(int file)
-{
-    while (fsync(file)) {
-        if (errno == EINVAL) /* of file systems that cannot flush */
-            break;
-        if (errno != EINTR)
-            return false;
-    }
-    return true;
-}
-
-bool ibl_port_replace(const char *from, const char *to)
-{
-    return !rename(from, to);
-}
-
-bool ibl_port_make_folder(const char *path)
-{
-    return !mkdir(path, 0777);
-}
-
-size_t ibl_port_root(const char *path)
-{
-    return *path == '/';
-}
-
-static int64_t nanoseconds(struct timespec t)
-{
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-static bool identify(int failed, const struct stat *st, ibl_port_file *file)
-{
-    *file = (ibl_port_file){0};
-    if (!failed)
-        *file = (ibl_port_file){.device = (uint64_t)st->st_dev,
-                                .number = (uint64_t)st->st_ino,
-                                .size = (uint64_t)st->st_size,
-                                .written = nanoseconds(st->st_mtim),
-                                .changed = nanoseconds(st->st_ctim)};
-    return !failed;
-}
-
-bool ibl_port_identify(const char *path, ibl_port_file *file)
-{
-    struct stat st;
-    return identify(stat(path, &st), &st, file);
-}
-
-bool ibl_port_identify_folder(int folder, ibl_port_file *file)
-{
-    struct stat st;
-    return identify(fstat(folder, &st), &st, file);
-}
-
-bool ibl_port_is_link(const char *path)
-{
-    struct stat st;
-    return !lstat(path, &st) && S_ISLNK(st.st_mode);
-}
-
-bool ibl_port_resolve(const char *path, char real[IBL_PORT_PATH])
-{
-    return realpath(path, real);
 }
 
 void *ibl_port_alloc(size_t alignment, size_t bytes)
@@ -105,5 +35,66 @@ void *ibl_port_alloc(size_t alignment, size_t bytes)
 
 void ibl_port_free(void *p)
 {
+#ifdef aligned_free
+    aligned_free(p);
+#else
     free(p);
+#endif
+}
+
+/* ---- groups, where Linux has files of them ------------------------------- */
+
+/* What a group's file allows: bytes, or quota and period, as CPUs rounded up.
+ * 0: "max", or there is no such file, as of a container's parents. */
+static uint64_t limit_of(const char *path)
+{
+    unsigned long long limit, period = 1;
+    FILE *file = fopen(path, "r");
+    const int read = file ? fscanf(file, "%llu %llu", &limit, &period) : 0;
+
+    if (file)
+        fclose(file);
+    return read < 1 || !period ? 0 : limit / period + (limit % period != 0);
+}
+
+/* The tightest limit from this process's group up to the root. The group is
+ * that of version 2, in a line "0::GROUP". */
+static uint64_t find_limit(const char *root, const char *name)
+{
+    char group[4096] = "", path[2 * sizeof group];
+    uint64_t best = 0;
+
+    snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
+    FILE *file = fopen(path, "r");
+    while (file && strncmp(group, "0::", 3) != 0)
+        if (!fgets(group, sizeof group, file)) {
+            fclose(file);
+            return 0;
+        }
+    if (!file)
+        return 0;
+    fclose(file);
+    group[strcspn(group, "\n")] = '\0';
+    for (;;) {
+        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s/%s", root, group + 3,
+                 name);
+        const uint64_t limit = limit_of(path);
+        if (limit && (!best || limit < best))
+            best = limit;
+        char *slash = strrchr(group, '/');
+        if (!slash)
+            return best;
+        *slash = '\0';
+    }
+}
+
+int ibl_port_cpu_quota(const char *root)
+{
+    const uint64_t cpus = find_limit(root, "cpu.max");
+    return cpus < INT_MAX ? (int)cpus : INT_MAX;
+}
+
+uint64_t ibl_port_memory_quota(const char *root)
+{
+    return find_limit(root, "memory.max");
 }

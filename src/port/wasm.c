@@ -7,7 +7,6 @@
  */
 #include "port/port.h"
 
-#include <stdlib.h>
 #include <unistd.h>
 
 #define HOST(name) __attribute__((import_module("iblbake"), import_name(name)))
@@ -26,36 +25,11 @@ long __syscall_open(const char *path, long flags, ...)
     return host_open(path, (int)flags);
 }
 
-bool ibl_port_readable(int file, int milliseconds)
-{
-    (void)file;
-    (void)milliseconds;
-    return true;
-}
-
-/* Hosts have no locks. */
-int ibl_port_open_folder(const char *path)
+bool ibl_port_lock_folder(const char *path, int *lock)
 {
     (void)path;
-    return 0;
-}
-
-bool ibl_port_lock_folder(int folder, bool wait)
-{
-    (void)folder;
-    (void)wait;
+    *lock = -1;
     return true;
-}
-
-bool ibl_port_flush_folder(int folder)
-{
-    (void)folder;
-    return true;
-}
-
-void ibl_port_close_folder(int folder)
-{
-    (void)folder;
 }
 
 uint64_t ibl_port_memory(void)
@@ -63,37 +37,18 @@ uint64_t ibl_port_memory(void)
     return UINT32_MAX;
 }
 
-uint64_t ibl_port_memory_quota(const char *root)
-{
-    (void)root;
-    return 0;
-}
-
 int ibl_port_cpus(void)
 {
     return 1;
 }
 
-int ibl_port_cpu_quota(const char *root)
-{
-    (void)root;
-    return 0;
-}
-
-/* It never gets to run: who waits for its work does it. */
-bool ibl_port_start(pthread_t *thread, void *(*run)(void *), void *arg)
-{
-    (void)run;
-    (void)arg;
-    *thread = 0;
-    return true;
-}
-
 static void (*leaving)(void);
 static bool held;
 
-void ibl_port_catch_signals(void (*leave)(void))
+void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
+    (void)argc;
+    (void)argv;
     leaving = leave;
 }
 
@@ -116,28 +71,7 @@ int ibl_port_leave(void)
     return !held;
 }
 
-void ibl_port_begin(int argc, char **argv)
-{
-    (void)argc;
-    (void)argv;
-}
-
-void ibl_port_progress(double done)
-{
-    host_progress(done);
-}
-
-const char *ibl_port_name(void)
-{
-    return "iblbake";
-}
-
-bool ibl_port_program(char *path, size_t size)
-{
-    (void)path;
-    (void)size;
-    return false;
-}
+void (*const ibl_port_progress)(double done) = host_progress;
 
 void ibl_port_place(char text[IBL_PORT_PATH])
 {
@@ -152,9 +86,4 @@ pid_t getpid(void)
 bool ibl_port_is_gone(long process)
 {
     return host_is_gone((int)process);
-}
-
-double ibl_port_number(const char *text, char **end)
-{
-    return strtod(text, end);
 }

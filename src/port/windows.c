@@ -4,36 +4,25 @@
  * the system; in another program that uses the library they are of its code
  * page.
  */
-#include "port/windows.h"
-#undef _WIN32_WINNT
-#define _WIN32_WINNT 0x0A00
 #include "port/port.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <io.h>
-#include <locale.h>
-#include <malloc.h>
-#include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
-#include <winioctl.h>
 
 enum {
     NAP_MS = 5,
-    TRIES = 200, /* naps until a file that others read must be replaceable */
-    FOLDERS = 1024
+    TRIES = 200 /* naps until a file that others read must be replaceable */
 };
 
 /* msvcrt expands * and ? in arguments, as shells do elsewhere. */
 int _dowildcard = -1;
 
-/* False, and errno is as the last call's error says. */
-static bool fail(void)
+/* -1, and errno is as the last call's error says. */
+static int fail(void)
 {
     static const int of[][2] = {{ERROR_FILE_NOT_FOUND, ENOENT},
                                 {ERROR_PATH_NOT_FOUND, ENOENT},
@@ -41,11 +30,9 @@ static bool fail(void)
                                 {ERROR_BAD_NETPATH, ENOENT},
                                 {ERROR_ALREADY_EXISTS, EEXIST},
                                 {ERROR_FILE_EXISTS, EEXIST},
-                                {ERROR_DISK_FULL, ENOSPC},
-                                {ERROR_HANDLE_DISK_FULL, ENOSPC},
-                                {ERROR_ACCESS_DENIED, EACCES},
                                 {ERROR_SHARING_VIOLATION, EACCES},
-                                {ERROR_DIRECTORY, ENOTDIR},
+                                {ERROR_ACCESS_DENIED, EACCES},
+                                {ERROR_DISK_FULL, ENOSPC},
                                 {ERROR_WRITE_PROTECT, EROFS},
                                 {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG}};
     const int error = (int)GetLastError();
@@ -54,162 +41,121 @@ static bool fail(void)
     for (size_t i = 0; i < sizeof of / sizeof *of; i++)
         if (of[i][0] == error)
             errno = of[i][1];
-    return false;
+    return -1;
 }
 
 /* ---- files --------------------------------------------------------------- */
 
 /* What is open may be renamed, replaced and removed, as in POSIX. Folders are
  * opened, too. */
-static HANDLE open_path(const char *path, DWORD access, DWORD how)
+static HANDLE open_path(const char *path, DWORD access, DWORD how, DWORD flags)
 {
-    return CreateFileA(
-        path, access, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
-        NULL, how, FILE_ATTRIBUTE_NORMAL | FILE_FLAG_BACKUP_SEMANTICS, NULL);
+    return CreateFileA(path, access,
+                       FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
+                       NULL, how, FILE_FLAG_BACKUP_SEMANTICS | flags, NULL);
 }
 
-static int number_of(HANDLE file, int flags)
+static int number_of(HANDLE file)
 {
-    const int fd = file == INVALID_HANDLE_VALUE
-                       ? -1
-                       : _open_osfhandle((intptr_t)file, flags);
-    if (fd < 0 && file != INVALID_HANDLE_VALUE)
-        CloseHandle(file);
-    return fd;
+    return file == INVALID_HANDLE_VALUE
+               ? fail()
+               : _open_osfhandle((intptr_t)file, O_BINARY);
 }
 
-int ibl_port_open(const char *path)
+int ibl_open(const char *path, int flags, ...)
 {
-    const HANDLE file = open_path(path, GENERIC_READ, OPEN_EXISTING);
+    const bool made = flags & O_CREAT;
+    const HANDLE file = open_path(path, made ? GENERIC_WRITE : GENERIC_READ,
+                                  made ? CREATE_NEW : OPEN_EXISTING, 0);
 
-    if (file == INVALID_HANDLE_VALUE)
-        fail();
-    return number_of(file, _O_RDONLY | _O_BINARY);
+    return number_of(file);
 }
 
-int ibl_port_create(const char *path)
-{
-    const HANDLE file = open_path(path, GENERIC_WRITE, CREATE_NEW);
-
-    if (file == INVALID_HANDLE_VALUE)
-        fail();
-    return number_of(file, _O_WRONLY | _O_BINARY);
-}
-
-bool ibl_port_readable(int file, int milliseconds)
-{
-    const HANDLE pipe = (HANDLE)_get_osfhandle(file);
-    DWORD there = 0;
-
-    if (GetFileType(pipe) != FILE_TYPE_PIPE)
-        return true;
-    while (PeekNamedPipe(pipe, NULL, 0, NULL, &there, NULL) && !there) {
-        if (milliseconds <= 0)
-            return false;
-        Sleep(NAP_MS);
-        milliseconds -= NAP_MS;
-    }
-    return true; /* or its end */
-}
-
-ptrdiff_t ibl_port_read_at(int file, void *to, size_t size, uint64_t offset)
+ssize_t pread(int file, void *to, size_t size, off_t offset)
 {
     OVERLAPPED at = {.Offset = (DWORD)offset,
-                     .OffsetHigh = (DWORD)(offset >> 32)};
+                     .OffsetHigh = (DWORD)((uint64_t)offset >> 32)};
     DWORD got = 0;
 
     if (ReadFile((HANDLE)_get_osfhandle(file), to,
                  size < MAXLONG ? (DWORD)size : MAXLONG, &got, &at) ||
         GetLastError() == ERROR_HANDLE_EOF)
         return got;
-    fail();
-    return -1;
-}
-
-bool ibl_port_flush(int file)
-{
-    return FlushFileBuffers((HANDLE)_get_osfhandle(file)) || fail();
+    return fail();
 }
 
 /* Programs that look at each new file, as for viruses, hold it for a moment. */
-bool ibl_port_replace(const char *from, const char *to)
+int ibl_rename(const char *from, const char *to)
 {
     for (int i = 0; !MoveFileExA(from, to, MOVEFILE_REPLACE_EXISTING); i++) {
-        const DWORD error = GetLastError();
-        if (i == TRIES ||
-            (error != ERROR_ACCESS_DENIED && error != ERROR_SHARING_VIOLATION))
-            return fail();
+        if (fail() && (i == TRIES || errno != EACCES))
+            return -1;
         Sleep(NAP_MS);
     }
-    return true;
-}
-
-bool ibl_port_make_folder(const char *path)
-{
-    return CreateDirectoryA(path, NULL) || fail();
-}
-
-size_t ibl_port_root(const char *path)
-{
-    size_t n = 2;
-
-    if (*path && path[1] == ':')
-        return path[2] == '/' ? 3 : 2;
-    if (strncmp(path, "//", 2) != 0)
-        return *path == '/';
-    for (int names = 0; names < 2; names++) {
-        n += strcspn(path + n, "/");
-        n += path[n] == '/';
-    }
-    return n;
+    return 0;
 }
 
 /* Of ticks of 100 ns since 1601. */
-static int64_t nanoseconds(LARGE_INTEGER ticks)
+static struct timespec time_of(FILETIME t)
 {
-    return (ticks.QuadPart - 116444736000000000) * 100;
+    const int64_t ticks =
+        (int64_t)((uint64_t)t.dwHighDateTime << 32 | t.dwLowDateTime) -
+        116444736000000000;
+    return (struct timespec){ticks / 10000000, (long)(ticks % 10000000) * 100};
 }
 
-bool ibl_port_identify(const char *path, ibl_port_file *file)
+static int look(HANDLE h, struct stat *st)
 {
-    const HANDLE h = open_path(path, 0, OPEN_EXISTING);
-    BY_HANDLE_FILE_INFORMATION info;
-    FILE_BASIC_INFO times;
+    BY_HANDLE_FILE_INFORMATION f;
+    FILE_ATTRIBUTE_TAG_INFO tag = {0};
 
-    *file = (ibl_port_file){0};
-    if (h == INVALID_HANDLE_VALUE)
+    *st = (struct stat){.st_mode = GetFileType(h) == FILE_TYPE_CHAR ? S_IFCHR
+                                                                    : S_IFIFO};
+    if (GetFileType(h) != FILE_TYPE_DISK)
+        return 0;
+    if (!GetFileInformationByHandle(h, &f))
         return fail();
-    const bool ok = (GetFileInformationByHandle(h, &info) &&
-                     GetFileInformationByHandleEx(h, FileBasicInfo, &times,
-                                                  sizeof times)) ||
-                    fail();
-    if (ok)
-        *file = (ibl_port_file){
-            .device = info.dwVolumeSerialNumber,
-            .number = (uint64_t)info.nFileIndexHigh << 32 | info.nFileIndexLow,
-            .size = (uint64_t)info.nFileSizeHigh << 32 | info.nFileSizeLow,
-            .written = nanoseconds(times.LastWriteTime),
-            .changed =
-                nanoseconds(times.ChangeTime.QuadPart ? times.ChangeTime
-                                                      : times.LastWriteTime)};
-    CloseHandle(h);
-    return ok;
+    GetFileInformationByHandleEx(h, FileAttributeTagInfo, &tag, sizeof tag);
+    *st = (struct stat){
+        .st_mode = tag.ReparseTag == IO_REPARSE_TAG_SYMLINK ||
+                           tag.ReparseTag == IO_REPARSE_TAG_MOUNT_POINT
+                       ? S_IFLNK
+                   : f.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY ? S_IFDIR
+                                                                   : S_IFREG,
+        .st_dev = f.dwVolumeSerialNumber,
+        .st_ino = (uint64_t)f.nFileIndexHigh << 32 | f.nFileIndexLow,
+        .st_size = (int64_t)f.nFileSizeHigh << 32 | f.nFileSizeLow,
+        .st_mtim = time_of(f.ftLastWriteTime),
+        /* A copy has the time of what it is of. */
+        .st_ctim =
+            time_of(CompareFileTime(&f.ftCreationTime, &f.ftLastWriteTime) > 0
+                        ? f.ftCreationTime
+                        : f.ftLastWriteTime)};
+    return 0;
 }
 
-bool ibl_port_is_link(const char *path)
+int ibl_fstat(int file, struct stat *st)
 {
-    WIN32_FIND_DATAA found;
-    const DWORD attributes = GetFileAttributesA(path);
+    return look((HANDLE)_get_osfhandle(file), st);
+}
 
-    if (attributes == INVALID_FILE_ATTRIBUTES ||
-        !(attributes & FILE_ATTRIBUTE_REPARSE_POINT))
-        return false;
-    const HANDLE h = FindFirstFileA(path, &found);
-    if (h == INVALID_HANDLE_VALUE)
-        return false;
-    FindClose(h);
-    return found.dwReserved0 == IO_REPARSE_TAG_SYMLINK ||
-           found.dwReserved0 == IO_REPARSE_TAG_MOUNT_POINT;
+static int look_at(const char *path, struct stat *st, DWORD flags)
+{
+    const HANDLE h = open_path(path, 0, OPEN_EXISTING, flags);
+    const int result = h == INVALID_HANDLE_VALUE ? fail() : look(h, st);
+
+    CloseHandle(h);
+    return result;
+}
+
+int ibl_stat(const char *path, struct stat *st)
+{
+    return look_at(path, st, 0);
+}
+
+int lstat(const char *path, struct stat *st)
+{
+    return look_at(path, st, FILE_FLAG_OPEN_REPARSE_POINT);
 }
 
 static char *use_slashes(char *path)
@@ -219,111 +165,45 @@ static char *use_slashes(char *path)
     return path;
 }
 
-bool ibl_port_resolve(const char *path, char real[IBL_PORT_PATH])
+char *realpath(const char *path, char *real)
 {
-    const HANDLE h = open_path(path, 0, OPEN_EXISTING);
-    const DWORD length =
-        h == INVALID_HANDLE_VALUE
-            ? 0
-            : GetFinalPathNameByHandleA(h, real, IBL_PORT_PATH, 0);
-    const bool ok = (length && length < IBL_PORT_PATH) || fail();
+    const HANDLE h = open_path(path, 0, OPEN_EXISTING, 0);
+    const DWORD length = GetFinalPathNameByHandleA(h, real, IBL_PORT_PATH, 0);
 
-    if (h != INVALID_HANDLE_VALUE)
-        CloseHandle(h);
-    if (!ok)
-        return false;
+    fail();
+    CloseHandle(h);
+    if (!length || length >= IBL_PORT_PATH)
+        return NULL;
     /* It begins with \\?\, or with \\?\UNC\ of another machine's. */
     use_slashes(real);
     if (!strncmp(real, "//?/UNC/", 8))
-        memmove(real + 2, real + 8, strlen(real + 8) + 1);
+        memmove(real + 2, real + 8, length - 7);
     else if (!strncmp(real, "//?/", 4))
-        memmove(real, real + 4, strlen(real + 4) + 1);
-    return true;
+        memmove(real, real + 4, length - 3);
+    return real;
 }
 
-/* ---- folders ------------------------------------------------------------- */
-
-/* Folders have no locks: a mutex of the folder's name among files is one. It
- * goes with the last process that has it open. */
-static struct folder {
-    bool open;
-    ibl_port_file which;
-    HANDLE lock; /* NULL: it is not locked */
-} folders[FOLDERS];
-static pthread_mutex_t table = PTHREAD_MUTEX_INITIALIZER;
-
-int ibl_port_open_folder(const char *path)
+/* Folders have no locks: a file that goes when it is closed is one. While it
+ * goes, access is denied, as also in folders that cannot be written. */
+bool ibl_port_lock_folder(const char *path, int *lock)
 {
-    ibl_port_file which;
-    int n = 0;
+    char name[IBL_PORT_PATH];
 
-    if (!ibl_port_identify(path, &which))
-        return -1;
-    pthread_mutex_lock(&table);
-    while (n < FOLDERS && folders[n].open)
-        n++;
-    if (n < FOLDERS)
-        folders[n] = (struct folder){.open = true, .which = which};
-    pthread_mutex_unlock(&table);
-    errno = EMFILE;
-    return n < FOLDERS ? n : -1;
-}
-
-bool ibl_port_identify_folder(int folder, ibl_port_file *file)
-{
-    *file = folders[folder].which;
-    return true;
-}
-
-bool ibl_port_lock_folder(int folder, bool wait)
-{
-    const ibl_port_file *f = &folders[folder].which;
-    char name[64];
-
-    snprintf(name, sizeof name, "Global\\iblbake-%08llx-%016llx",
-             (unsigned long long)f->device, (unsigned long long)f->number);
-    const HANDLE lock = CreateMutexA(NULL, FALSE, name);
-    if (!lock) /* another user's */
-        return true;
-    const DWORD got = WaitForSingleObject(lock, wait ? INFINITE : 0);
-    if (got == WAIT_OBJECT_0 || got == WAIT_ABANDONED)
-        folders[folder].lock = lock;
-    else
-        CloseHandle(lock);
-    return got != WAIT_TIMEOUT;
-}
-
-/* File systems of Windows keep a journal of names. */
-bool ibl_port_flush_folder(int folder)
-{
-    (void)folder;
-    return true;
-}
-
-void ibl_port_close_folder(int folder)
-{
-    struct folder *f = &folders[folder];
-
-    if (f->lock) {
-        ReleaseMutex(f->lock);
-        CloseHandle(f->lock);
+    snprintf(name, sizeof name, "%s/.iblbake-lock", path);
+    for (int i = 0;; i++) {
+        const HANDLE file = CreateFileA(
+            name, GENERIC_WRITE, 0, NULL, OPEN_ALWAYS,
+            FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE, NULL);
+        *lock = number_of(file);
+        if (*lock >= 0)
+            return true;
+        if (GetLastError() != ERROR_ACCESS_DENIED || i == TRIES)
+            return GetLastError() != ERROR_SHARING_VIOLATION;
+        Sleep(NAP_MS);
     }
-    pthread_mutex_lock(&table);
-    *f = (struct folder){0};
-    pthread_mutex_unlock(&table);
 }
 
-/* ---- memory, threads ----------------------------------------------------- */
-
-void *ibl_port_alloc(size_t alignment, size_t bytes)
-{
-    return _aligned_malloc(bytes, alignment);
-}
-
-void ibl_port_free(void *p)
-{
-    _aligned_free(p);
-}
+/* ---- memory, CPUs -------------------------------------------------------- */
 
 uint64_t ibl_port_memory(void)
 {
@@ -333,58 +213,26 @@ uint64_t ibl_port_memory(void)
 
 int ibl_port_cpus(void)
 {
-    DWORD_PTR own, all;
-
-    /* 0: more than 64, in groups. */
-    if (GetProcessAffinityMask(GetCurrentProcess(), &own, &all) && own)
-        return __builtin_popcountll(own);
     return (int)GetActiveProcessorCount(ALL_PROCESSOR_GROUPS);
 }
 
-int ibl_port_cpu_quota(const char *root)
-{
-    (void)root;
-    return 0;
-}
-
-/* Containers are jobs. */
-uint64_t ibl_port_memory_quota(const char *root)
-{
-    JOBOBJECT_EXTENDED_LIMIT_INFORMATION job;
-    uint64_t limit = 0;
-
-    if (*root ||
-        !QueryInformationJobObject(NULL, JobObjectExtendedLimitInformation,
-                                   &job, sizeof job, NULL))
-        return 0;
-    if (job.BasicLimitInformation.LimitFlags & JOB_OBJECT_LIMIT_JOB_MEMORY)
-        limit = job.JobMemoryLimit;
-    if (job.BasicLimitInformation.LimitFlags &
-            JOB_OBJECT_LIMIT_PROCESS_MEMORY &&
-        (!limit || job.ProcessMemoryLimit < limit))
-        limit = job.ProcessMemoryLimit;
-    return limit;
-}
-
-bool ibl_port_start(pthread_t *thread, void *(*run)(void *), void *arg)
-{
-    return !pthread_create(thread, NULL, run, arg);
-}
-
-/* ---- signals, the program ------------------------------------------------ */
-
-static void (*leaving)(void);
-static _Thread_local bool held;
+/* ---- the program --------------------------------------------------------- */
 
 /* Ctrl-C comes on a thread of its own, which waits for changes of others. */
 void ibl_port_hold_signals(void)
 {
-    held = true;
 }
 
 void ibl_port_release_signals(void)
 {
-    held = false;
+}
+
+static void (*leaving)(void);
+static UINT code_page; /* of the console, before */
+
+static void restore_console(void)
+{
+    SetConsoleOutputCP(code_page);
 }
 
 /* Also the end of the console, of the user's session or of the system. Ends the
@@ -396,63 +244,27 @@ static BOOL WINAPI interrupted(DWORD event)
     ExitProcess((UINT)STATUS_CONTROL_C_EXIT);
 }
 
-static void aborted(int number)
-{
-    (void)number;
-    if (!held)
-        leaving();
-}
-
-void ibl_port_catch_signals(void (*leave)(void))
-{
-    leaving = leave;
-    SetConsoleCtrlHandler(interrupted, TRUE);
-    signal(SIGABRT, aborted);
-}
-
-static UINT code_page; /* of the console, before */
-
-static void restore_console(void)
-{
-    SetConsoleOutputCP(code_page);
-}
-
-void ibl_port_begin(int argc, char **argv)
+void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
     for (int fd = 0; fd < 3; fd++)
-        if (_setmode(fd, _O_BINARY) < 0 &&
-            _open("NUL", fd ? _O_RDONLY : _O_WRONLY) < 0)
-            break; /* no other file can be opened either */
-    _fmode = _O_BINARY;
+        _setmode(fd, O_BINARY);
+    _fmode = O_BINARY;
     for (int i = 1; i < argc; i++)
         use_slashes(argv[i]);
     code_page = GetConsoleOutputCP();
     if (code_page && SetConsoleOutputCP(CP_UTF8))
         atexit(restore_console);
+    leaving = leave;
+    SetConsoleCtrlHandler(interrupted, TRUE);
 }
 
-bool ibl_port_program(char *path, size_t size)
-{
-    const DWORD length = GetModuleFileNameA(NULL, path, (DWORD)size);
-
-    return length && length < size && use_slashes(path);
-}
-
-void ibl_port_progress(double done)
-{
-    (void)done;
-}
-
-const char *ibl_port_name(void)
-{
-    return "iblbake";
-}
+void (*const ibl_port_progress)(double done) = NULL;
 
 void ibl_port_place(char text[IBL_PORT_PATH])
 {
     DWORD size = IBL_PORT_PATH;
 
-    if (!GetComputerNameExA(ComputerNameDnsHostname, text, &size))
+    if (!GetComputerNameA(text, &size))
         *text = '\0';
 }
 
@@ -465,22 +277,6 @@ bool ibl_port_is_gone(long process)
     const bool ended = WaitForSingleObject(h, 0) == WAIT_OBJECT_0;
     CloseHandle(h);
     return ended;
-}
-
-/* A program that uses the library may have another locale. */
-double ibl_port_number(const char *text, char **end)
-{
-    const char point = *localeconv()->decimal_point;
-    char copy[512];
-
-    if (point == '.')
-        return strtod(text, end);
-    snprintf(copy, sizeof copy, "%s", text);
-    for (char *c = copy; *c; c++)
-        *c = *c == '.' ? point : *c == point ? '\0' : *c;
-    const double value = strtod(copy, end);
-    *end = (char *)text + (*end - copy);
-    return value;
 }
 
 /* ---- functions that the C library lacks ---------------------------------- */

@@ -215,8 +215,8 @@ static bool replace(ibl_gltf *g, ibl_json_at at, const elements *e,
 }
 
 /* Reads an accessor with least to most components. */
-static bool read(ibl_gltf *g, ibl_json_at index, int least, wanted *w,
-                 uint32_t *count)
+static bool read_wanted(ibl_gltf *g, ibl_json_at index, int least, wanted *w,
+                        uint32_t *count)
 {
     ibl_json_at at;
     elements e;
@@ -253,7 +253,7 @@ bool ibl_gltf_floats(ibl_gltf *g, ibl_json_at index, int least, int most,
                      float **out, uint32_t *count)
 {
     wanted w = {.floats = true, .most = most};
-    const bool ok = read(g, index, least, &w, count);
+    const bool ok = read_wanted(g, index, least, &w, count);
 
     *out = w.out;
     return ok;
@@ -263,7 +263,7 @@ bool ibl_gltf_indices(ibl_gltf *g, ibl_json_at index, uint32_t **out,
                       uint32_t *count)
 {
     wanted w = {.most = 1};
-    const bool ok = read(g, index, 1, &w, count);
+    const bool ok = read_wanted(g, index, 1, &w, count);
 
     *out = w.out;
     return ok;

@@ -45,7 +45,7 @@ int main(int argc, char **argv)
     view_options o;
     int status;
 
-    ibl_signals_catch();
+    ibl_signals_catch(argc, argv);
     if (view_options_parse(argc > 0 ? argv + 1 : argv, &o, &status))
         status = run(&o) ? 0 : 1;
     errno = 0;

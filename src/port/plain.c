@@ -20,3 +20,17 @@ bool ibl_port_load(const char *library, const char *name, void *function,
     memcpy(function, &unpack, sizeof unpack);
     return true;
 }
+
+/* What waits can be ended by Ctrl-C there. */
+bool ibl_port_readable(int file, int milliseconds)
+{
+    (void)file;
+    (void)milliseconds;
+    return true;
+}
+
+bool ibl_port_flush_folder(const char *path)
+{
+    (void)path;
+    return true;
+}
