@@ -502,11 +502,12 @@ check-arm64:
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-arm64.sh
 
-## check-ports: npm's package, the page, Windows, Debian, aarch64 (minutes)
+## check-ports: packages, other systems, installation, engines (ten minutes)
 check-ports:
+	@DEPS=$(DEPS) sh tests/deps.sh check
 	-@for of in page windows deb arm64; do \
 	    DEPS=$(DEPS) sh tests/deps.sh $$of; done
-	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/iblbake exr-bridge
+	+@$(MAKE) -s $(JOBS) DEPS=no all $(BUILD)/tests/write_textures
 	@BUILD=$(BUILD) bash tests/check-ports.sh
 
 ## check-clients: our files in three, Babylon, Filament, PlayCanvas (two minutes)

@@ -8,8 +8,8 @@
 uniform sampler2D picture;
 uniform sampler2D other;
 
-// Not gl_FragCoord: Mesa turns its rows upside down where a window and a picture
-// are drawn one after the other by the same program.
+// Not gl_FragCoord: Mesa turns its rows upside down where the same program
+// draws a window, then a picture.
 in vec2 place;
 out vec4 colour;
 
