@@ -109,10 +109,6 @@ static int look(HANDLE h, struct stat *st)
     BY_HANDLE_FILE_INFORMATION f;
     FILE_ATTRIBUTE_TAG_INFO tag = {0};
 
-    *st = (struct stat){.st_mode = GetFileType(h) == FILE_TYPE_CHAR ? S_IFCHR
-                                                                    : S_IFIFO};
-    if (GetFileType(h) != FILE_TYPE_DISK)
-        return 0;
     if (!GetFileInformationByHandle(h, &f))
         return fail();
     GetFileInformationByHandleEx(h, FileAttributeTagInfo, &tag, sizeof tag);
@@ -134,9 +130,14 @@ static int look(HANDLE h, struct stat *st)
     return 0;
 }
 
+/* What users ask of open files; standard input may tell no more. */
 int ibl_fstat(int file, struct stat *st)
 {
-    return look((HANDLE)_get_osfhandle(file), st);
+    struct _stat64 s;
+    const int result = _fstat64(file, &s);
+
+    *st = (struct stat){.st_mode = s.st_mode, .st_size = s.st_size};
+    return result;
 }
 
 static int look_at(const char *path, struct stat *st, DWORD flags)
