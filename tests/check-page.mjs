@@ -117,7 +117,7 @@ await test('it is compared with the exact integral', async () => {
         await page.evaluate(() => delete document.body.dataset.judged);
         await page.check(`[name=row][value="${row}"]`, {force: true});
         await page.check(`[name=column][value="${column}"]`, {force: true});
-        const {off: [[own], [theirs]]} = await judged(page);
+        const {off: [own, theirs]} = await judged(page);
         check(own > 0.001 && own < 0.1 && own < theirs,
             `sphere ${row} ${column}: ${own}, three.js: ${theirs}`);
     }

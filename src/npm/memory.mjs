@@ -56,7 +56,10 @@ export function memory(given, print) {
             if (!entry.parts) return;
             let at = 0;
             entry.bytes = new Uint8Array(entry.size);
-            for (const part of entry.parts) entry.bytes.set(part, (at += part.length) - part.length);
+            for (const part of entry.parts) {
+                entry.bytes.set(part, at);
+                at += part.length;
+            }
         },
         fsyncSync() {},
         unlinkSync(path) { all.delete(name(path)) || fail('ENOENT'); },

@@ -12,10 +12,6 @@ const ERRNO = {
 const O_WRITE = 1, O_EXCLUSIVE = 0o200, O_FOLDER = 0o200000;
 const TERMINAL = 2, FOLDER = 3, FILE = 4, big = { bigint: true };
 
-class Exit { // thrown through the program
-    constructor(status) { this.status = status; }
-}
-
 // Runs `module` with arguments; returns its exit status.
 //   fs, cwd, isTerminal       as of node
 //   process, isGone, place    see port.h
@@ -38,7 +34,7 @@ export function run(module, args, host) {
     const leave = status => { // removes what was begun, through this host
         leaving = true;
         leaving = exports.leave();
-        if (leaving) throw new Exit(status);
+        if (leaving) throw { status };
     };
     const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
     const put = (at, string, room) => {
@@ -52,7 +48,7 @@ export function run(module, args, host) {
         try {
             return call(...given) ?? 0;
         } catch (error) {
-            if (error instanceof Exit || !error.code) throw error;
+            if (!error.code) throw error;
             return sign * (ERRNO[error.code] ?? ERRNO.EIO);
         }
     };
@@ -173,7 +169,7 @@ export function run(module, args, host) {
             bytes.fill(0, at, at + 24);
             bytes[at] = file(fd).names ? FOLDER : host.isTerminal(fd) ? TERMINAL : FILE;
         },
-        proc_exit(status) { throw new Exit(status); },
+        proc_exit(status) { throw { status }; }, // through the program
     };
     const iblbake = {
         open: guard((path, flags) => {
@@ -214,10 +210,7 @@ export function run(module, args, host) {
         exports._start();
         return 0;
     } catch (error) {
-        if (error instanceof Exit) return error.status;
-        throw error;
-    } finally {
-        for (const [fd, f] of files)
-            if (fd > 2 && !f.names) fs.closeSync(f.fd);
+        if (error.status === undefined) throw error;
+        return error.status;
     }
 }

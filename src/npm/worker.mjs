@@ -21,6 +21,6 @@ port.onmessage = ({ data: { module, args, files } }) => {
         port.postMessage({ status, files: made, stdout: said[1], stderr: said[2] },
             Object.values(made).map(bytes => bytes.buffer));
     } catch (error) { // as when there is no memory
-        port.postMessage({ status: 1, files: {}, stdout: '', stderr: `iblbake: ${error.message}\n` });
+        port.postMessage({ status: 1, files: {}, stdout: '', stderr: `iblbake: ${error.message}` });
     }
 };

@@ -118,35 +118,27 @@ $('download').onclick = () => {
     a.href = URL.createObjectURL(new Blob([zip], {type: 'application/zip'}));
     a.download = map.name.replace(/\.[^.]*$/, '') + '.zip';
     a.click();
-    setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 };
 
 /* ---- the chosen sphere ----------------------------------------------------------- */
 
 const canvases = document.querySelectorAll('figure canvas');
-function paint(canvas, colour) { // colour: of a pixel, from the bottom
+function paint(canvas, value) { // value: of a channel of pixels from the bottom
     const n = canvas.width = canvas.height = PIXELS, image = new ImageData(n, n);
-    for (let i = 0; i < n * n; i++)
-        image.data.set([...colour((n - 1 - Math.floor(i / n)) * n + i % n), 255], 4 * i);
+    for (let i = 0; i < 4 * n * n; i++)
+        image.data[i] = i % 4 === 3 ? 255 :
+            value(4 * n * (n - 1 - Math.floor(i / 4 / n)) + i % (4 * n));
     canvas.getContext('2d').putImageData(image, 0, 0);
 }
-/* Errors of a picture: of each pixel, of all, and the worst, as parts of the root
- * mean square of the truth. The rim does not count. */
-function errors(truth, pixels) {
-    const off = new Float32Array(PIXELS * PIXELS), middle = x => (2 * x + 1) / PIXELS - 1;
-    let sum = 0, all = 0, count = 0;
-    for (let i = 0; i < off.length; i++) {
-        if (middle(i % PIXELS) ** 2 + middle(Math.floor(i / PIXELS)) ** 2 > 0.96)
-            continue;
-        for (let at = 4 * i; at < 4 * i + 3; at++) {
-            off[i] += (pixels[at] - truth[at]) ** 2;
-            all += truth[at] ** 2;
-        }
-        sum += off[i];
-        count++;
-    }
-    off.forEach((x, i) => off[i] = Math.sqrt(x * count / all));
-    return {rms: Math.sqrt(sum / all), worst: Math.max(...off), off};
+/* Root mean squares of a picture, and of its difference to another one. */
+function error(truth, pixels) {
+    let off = 0, all = 0, count = 0;
+    truth.forEach((x, i) => {
+        off += (pixels[i] - x) ** 2;
+        all += x * x;
+        count += x > 0;
+    });
+    return [Math.sqrt(all / count), Math.sqrt(off / all)];
 }
 async function judge() {
     if (!map?.compared)
@@ -155,19 +147,17 @@ async function judge() {
     const pictures = await view.measure(+row.value, +column.value);
     if (!pictures)
         return;
-    const found = pictures.slice(0, 2).map(pixels => errors(pictures[2], pixels));
-    pictures.forEach((pixels, k) => paint(canvases[k], i => [0, 1, 2].map(c =>
-        255 * (2 ** form.exposure.value * pixels[4 * i + c]) ** (1 / 2.2))));
-    found.forEach(({rms, worst, off}, k) => {
-        paint(canvases[3 + k], i => [9, 6, 16].map((scale, c) =>
-            255 * (scale * off[i] - [0, 0.25, 3][c])));
-        $(`rms${k}`).textContent = percent(rms);
-        $(`worst${k}`).textContent = percent(worst);
+    const truth = pictures[2], errors = [0, 1].map(k => error(truth, pictures[k]));
+    pictures.forEach((pixels, k) => paint(canvases[k], i =>
+        255 * (2 ** form.exposure.value * pixels[i]) ** (1 / 2.2)));
+    errors.forEach(([bright, off], k) => {
+        paint(canvases[3 + k], i => 255 * 4 * Math.abs(pictures[k][i] - truth[i]) / bright);
+        $(`off${k}`).textContent = percent(off);
     });
     $('how').textContent = 'Exact: the sum over all pixels of the map, in ' +
-        `${timeOf(performance.now() - start)}. Errors: parts of its root mean square, white from 25 %.`;
+        `${timeOf(performance.now() - start)}. Errors: parts of its root mean square, x 4.`;
     document.body.dataset.judged = JSON.stringify({row: +row.value, column: +column.value,
-        off: found.map(({rms, worst}) => [rms, worst])});
+        off: errors.map(([, off]) => off)});
 }
 
 /* ---- controls -------------------------------------------------------------------- */

@@ -113,7 +113,8 @@ export function createView(canvas) {
         balls.add(ball);
     }));
     const scene = new THREE.Scene().add(balls);
-    const single = new THREE.Mesh(round), alone = new THREE.Scene().add(single);
+    const single = new THREE.Mesh(new THREE.SphereGeometry(1, 96, 64, 0, 2 * Math.PI, 0, 1.37)
+        .rotateX(Math.PI / 2)), alone = new THREE.Scene().add(single);
     const far = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
     far.position.z = 5;
     const [looked, summed] = [LOOKUP, SUM].map(lines => {
@@ -180,7 +181,7 @@ export function createView(canvas) {
         renderer.render(alone, far);
         renderer.readRenderTargetPixels(target, 0, 0, PIXELS, PIXELS, pixels);
         renderer.setRenderTarget(null);
-        return pixels;
+        return pixels.map((x, i) => i % 4 < 3 ? x : 0);
     }
 
     return {
@@ -216,8 +217,8 @@ export function createView(canvas) {
             await replace(1, made.texture, 0, 0, made);
             return took;
         },
-        /* Radiance of a sphere that is seen from far away, RGBA from the bottom: of
-         * both sides and the truth. Nothing if it was asked again meanwhile. */
+        /* Radiance of a sphere that is seen from far away, without its rim, RGB0 from
+         * the bottom: of both sides and the truth. Nothing if it was asked again meanwhile. */
         async measure(row, column) {
             const id = ++question, {metalness, color} = MATERIALS[row];
             for (const material of [looked, summed])
