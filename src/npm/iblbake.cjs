@@ -5,11 +5,11 @@
 'use strict';
 const { Worker, isMainThread, parentPort, workerData: stop } = require('node:worker_threads');
 const fs = require('node:fs'), os = require('node:os'), path = require('node:path');
-const v8 = require('node:v8');
 
 async function work() {
     const { run } = await import('../system.mjs');
-    v8.setFlagsFromString('--wasm-tiering-budget=100000000'); // few runs pay for the optimizer
+    // Few runs pay for the optimizer.
+    require('node:v8').setFlagsFromString('--wasm-tiering-budget=100000000');
     const module = new WebAssembly.Module(fs.readFileSync(path.join(__dirname, '../iblbake.wasm')));
     const slashes = arg => process.platform === 'win32' ? arg.replaceAll('\\', '/') : arg;
     return run(module, ['iblbake', ...process.argv.slice(2).map(slashes)], {

@@ -33,5 +33,3 @@ export function convert(texture: Bytes, options: Options & { to: string }):
 export function run(args: string[], files?: Files,
     options?: Pick<Options, 'onProgress' | 'signal'>):
     Promise<{ status: number; files: Files; stdout: string; stderr: string }>;
-/** Options as arguments. */
-export function commandLine(options: Record<string, unknown>): string[];

@@ -55,7 +55,7 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
 }
 
 // { irradianceSize: 32, skybox: true, only: ['lut'] } as on a command line.
-export const commandLine = options => Object.entries(options).flatMap(([key, value]) => {
+const commandLine = options => Object.entries(options).flatMap(([key, value]) => {
     const name = '--' + key.replace(/[A-Z]/g, c => '-' + c.toLowerCase());
     if (value === true) return [name];
     return value === undefined || value === null || value === false ? [] : [`${name}=${value}`];
@@ -93,4 +93,5 @@ export async function info(bytes, { name = ENVIRONMENT, ...options } = {}) {
     return { report: JSON.parse(text), log };
 }
 export const convert = (bytes, { name = 'texture.ktx2', to, ...options }) =>
-    command(['convert'], options, { [name]: bytes }, name, to);
+    command(['convert'], options, { [name]: bytes, 'out/.keep': new Uint8Array() }, name,
+        'out/' + to);
