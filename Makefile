@@ -252,8 +252,8 @@ $(BIN): $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB)
 # The same for WebAssembly, by the libraries of libraries.sh: make npm.
 WASM_LIBS := $(BUILD)/deps/libdeps.a
 $(BUILD)/iblbake.wasm: $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB) $(WASM_LIBS)
-	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=1MB \
-	    -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
+	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sINITIAL_MEMORY=64MB \
+	    -sTOTAL_STACK=1MB -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
 	    -sEXPORTED_FUNCTIONS=_main,_setThrew,stackSave,stackRestore \
 	    -o $@ $^
 

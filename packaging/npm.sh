@@ -8,7 +8,7 @@ export PKG_CONFIG_LIBDIR=/nowhere # that of this system
 wasm=$1/wasm package=$1/npm/package
 # The compiler itself: emcc takes half a second to call it.
 cc="clang $(emcc --cflags)"
-flags='-Os -msimd128 -DNDEBUG'
+flags='-Os -msimd128 -mbulk-memory -DNDEBUG'
 CC=$cc AR=emar CFLAGS="$flags -DZSTD_NO_INLINE -DHUF_FORCE_DECOMPRESS_X1 \
     -DZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT" sh packaging/libraries.sh "$1/sources" "$wasm/deps"
 ${MAKE:-make} -s -j"$(nproc)" DEPS=no PORT=wasm BUILD="$wasm" PORT_FLAGS= CC="$cc" AR=emar \

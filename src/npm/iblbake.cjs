@@ -3,37 +3,34 @@
 // The command. The program runs in a thread beside this one, so that signals
 // reach it: it then removes what it has begun, and the process dies of them.
 'use strict';
-const { Worker, isMainThread, parentPort, workerData } = require('node:worker_threads');
-const fs = require('node:fs'), os = require('node:os'), tty = require('node:tty');
-const path = require('node:path');
+const { Worker, isMainThread, parentPort, workerData: stop } = require('node:worker_threads');
+const fs = require('node:fs'), os = require('node:os'), path = require('node:path');
 
 async function work() {
     const { run } = await import('../system.mjs');
+    // Few runs pay for the optimizer.
+    require('node:v8').setFlagsFromString('--wasm-tiering-budget=100000000');
     const module = new WebAssembly.Module(fs.readFileSync(path.join(__dirname, '../iblbake.wasm')));
-    const stop = new Int32Array(workerData.stop);
     const slashes = arg => process.platform === 'win32' ? arg.replaceAll('\\', '/') : arg;
     return run(module, ['iblbake', ...process.argv.slice(2).map(slashes)], {
-        fs,
-        isTerminal: fd => tty.isatty(fd),
-        process: process.pid,
-        place: os.hostname(),
+        fs, process: process.pid, place: os.hostname(),
+        isTerminal: require('node:tty').isatty,
         cwd: () => slashes(process.cwd()),
         isGone(pid) {
             try {
-                process.kill(pid, 0);
+                return !process.kill(pid, 0);
             } catch (error) {
                 return error.code === 'ESRCH';
             }
-            return false;
         },
         interrupted: () => Atomics.load(stop, 0) && 128,
     });
 }
 
 function main() {
-    const stop = new SharedArrayBuffer(4);
+    const stop = new Int32Array(new SharedArrayBuffer(4));
+    const worker = new Worker(__filename, { argv: process.argv.slice(2), workerData: stop });
     let died;
-    const worker = new Worker(__filename, { argv: process.argv.slice(2), workerData: { stop } });
     worker.on('message', status => { process.exitCode = status; });
     worker.on('error', error => {
         process.stderr.write(`iblbake: ${error.message}\n`);
@@ -43,7 +40,7 @@ function main() {
     for (const signal of ['SIGINT', 'SIGTERM', 'SIGHUP'])
         process.once(signal, () => {
             died = signal;
-            Atomics.store(new Int32Array(stop), 0, 1);
+            Atomics.store(stop, 0, 1);
         });
 }
 

@@ -1,25 +1,20 @@
 // SPDX-License-Identifier: MIT
 /** Options of the command line in camelCase, `irradianceSize: 32` for
  * `--irradiance-size 32`: see `npx iblbake --help`. Flags are true; lists are
- * arrays or have commas. What the program does not know, it refuses. */
+ * arrays or have commas. */
 export interface Options {
     /** Name of the input: its ending says nothing, its stem names the outputs. */
     name?: string;
-    /** Told the share that is done, 0 to 1. */
-    onProgress?: (done: number) => void;
+    onProgress?: (share: number) => void;
     /** Ends the run at once, which then rejects with the signal's reason. */
     signal?: AbortSignal;
     [option: string]: unknown;
 }
 export type Bytes = Uint8Array | ArrayBuffer | Blob;
-/** By name, which has slashes where there are folders. */
 export type Files = Record<string, Uint8Array>;
 
 /** What a run rejects with: the program's messages, and its exit status. */
-export interface IblbakeError extends Error {
-    name: 'IblbakeError';
-    status: number;
-}
+export interface IblbakeError extends Error { name: 'IblbakeError'; status: number }
 
 /** Bakes an environment. report: the sidecar; log: warnings, with `verbose`
  * what was done; text: what was asked to be printed, as by `explain`. */
@@ -30,14 +25,11 @@ export function verify(environment: Bytes, set: Record<string, Bytes>, options?:
     Promise<{ report: any; log: string }>;
 /** Says what a texture or an environment is. */
 export function info(file: Bytes, options?: Options): Promise<{ report: any; log: string }>;
-/** Writes a texture in another container, format or layout. */
-export function convert(texture: Bytes, options: Options & {
-    /** Name of the output, whose ending says what it is. */
-    to: string;
-}): Promise<{ files: Files; log: string }>;
+/** Writes a texture in another container, format or layout: what the ending of
+ * the name `to` says. */
+export function convert(texture: Bytes, options: Options & { to: string }):
+    Promise<{ files: Files; log: string }>;
 /** Runs any command line on files in memory, and gives those that it made. */
 export function run(args: string[], files?: Files,
     options?: Pick<Options, 'onProgress' | 'signal'>):
     Promise<{ status: number; files: Files; stdout: string; stderr: string }>;
-/** Options as arguments. */
-export function commandLine(options: Record<string, unknown>): string[];

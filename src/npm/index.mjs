@@ -2,7 +2,7 @@
 // iblbake as functions; index.d.ts says what they take and give.
 
 const node = Boolean(globalThis.process?.versions?.node);
-const wasm = new URL('./iblbake.wasm', import.meta.url);
+const wasm = new URL('./iblbake.wasm', import.meta.url), ENVIRONMENT = 'environment.hdr';
 
 let compiled;
 async function compile() {
@@ -55,54 +55,43 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
 }
 
 // { irradianceSize: 32, skybox: true, only: ['lut'] } as on a command line.
-export function commandLine(options) {
-    return Object.entries(options).flatMap(([key, value]) => {
-        const name = '--' + key.replace(/[A-Z]/g, c => '-' + c.toLowerCase());
-        if (value === true) return [name];
-        if (value === undefined || value === null || value === false) return [];
-        return [`${name}=${Array.isArray(value) ? value.join(',') : value}`];
-    });
+const commandLine = options => Object.entries(options).flatMap(([key, value]) => {
+    const name = '--' + key.replace(/[A-Z]/g, c => '-' + c.toLowerCase());
+    if (value === true) return [name];
+    return value === undefined || value === null || value === false ? [] : [`${name}=${value}`];
+});
+
+// A command on files that it is given, with those of `out`; options come first.
+async function command(words, { onProgress, signal, ...options }, given, ...operands) {
+    const files = {};
+    for (const [name, data] of Object.entries(given))
+        files[name] = data instanceof Uint8Array ? data
+            : new Uint8Array(data instanceof ArrayBuffer ? data : await data.arrayBuffer());
+    const made = await run([...words, ...commandLine(options), '--', ...operands], files,
+        { onProgress, signal });
+    if (made.status)
+        throw Object.assign(new Error(made.stderr.trim().replace(/^iblbake: /gm, '')),
+            { name: 'IblbakeError', status: made.status });
+    return { files: Object.fromEntries(Object.entries(made.files).map(([name, bytes]) =>
+        [name.replace(/^out\//, ''), bytes])), log: made.stderr, text: made.stdout };
 }
 
-// The command on files that it is given, `operands` by name; options come first.
-async function command(word, options, operands, files) {
-    const { onProgress, signal, ...rest } = options;
-    const result = await run([...word, ...commandLine(rest), '--', ...operands],
-        files, { onProgress, signal });
-    if (result.status) {
-        const text = result.stderr.trim().replace(/^iblbake: /gm, '');
-        throw Object.assign(new Error(text), { name: 'IblbakeError', status: result.status });
-    }
-    return { ...result, files: Object.fromEntries(Object.entries(result.files)
-        .map(([name, bytes]) => [name.replace(/^out\//, ''), bytes])) };
+export async function bake(bytes, { name = ENVIRONMENT, ...options } = {}) {
+    const made = await command(['--output=out'], options, { [name]: bytes }, name);
+    const side = Object.keys(made.files).find(file => file.endsWith('.json'));
+    const report = side ? JSON.parse(new TextDecoder().decode(made.files[side])) : null;
+    return { ...made, report };
 }
-const bytesOf = async data => data instanceof Uint8Array ? data
-    : new Uint8Array(data instanceof ArrayBuffer ? data : await data.arrayBuffer());
-
-export async function bake(bytes, { name = 'environment.hdr', ...options } = {}) {
-    const { files, stdout, stderr } = await command(['--output=out'], options, [name],
-        { [name]: await bytesOf(bytes) });
-    const side = files[Object.keys(files).find(file => file.endsWith('.json'))];
-    return { files, report: side ? JSON.parse(new TextDecoder().decode(side)) : null,
-        log: stderr, text: stdout };
+export async function verify(bytes, set, { name = ENVIRONMENT, ...options } = {}) {
+    const files = Object.entries(set).map(([file, data]) => ['out/' + file, data]);
+    const { log, text } = await command(['verify', '--json=-'], options,
+        { ...Object.fromEntries(files), [name]: bytes }, name, 'out');
+    return { report: JSON.parse(text), log };
 }
-
-export async function verify(bytes, set, { name = 'environment.hdr', ...options } = {}) {
-    const files = { [name]: await bytesOf(bytes) };
-    for (const [file, data] of Object.entries(set)) files['out/' + file] = await bytesOf(data);
-    const { stdout, stderr } = await command(['verify', '--json=-'], options,
-        [name, 'out'], files);
-    return { report: JSON.parse(stdout), log: stderr };
+export async function info(bytes, { name = ENVIRONMENT, ...options } = {}) {
+    const { log, text } = await command(['info', '--json'], options, { [name]: bytes }, name);
+    return { report: JSON.parse(text), log };
 }
-
-export async function info(bytes, { name = 'environment.hdr', ...options } = {}) {
-    const { stdout, stderr } = await command(['info', '--json'], options, [name],
-        { [name]: await bytesOf(bytes) });
-    return { report: JSON.parse(stdout), log: stderr };
-}
-
-export async function convert(bytes, { name = 'texture.ktx2', to, ...options }) {
-    const { files, stderr } = await command(['convert'], options, [name, 'out/' + to],
-        { [name]: await bytesOf(bytes), 'out/.keep': new Uint8Array() });
-    return { files, log: stderr };
-}
+export const convert = (bytes, { name = 'texture.ktx2', to, ...options }) =>
+    command(['convert'], options, { [name]: bytes, 'out/.keep': new Uint8Array() }, name,
+        'out/' + to);

@@ -10,18 +10,13 @@ const ERRNO = {
     EPIPE: 64, EROFS: 69, EXDEV: 75,
 };
 const O_WRITE = 1, O_EXCLUSIVE = 0o200, O_FOLDER = 0o200000;
-const TERMINAL = 2, FOLDER = 3, FILE = 4; // of WASI
-
-class Exit { // thrown through the program
-    constructor(status) { this.status = status; }
-}
+const TERMINAL = 2, FOLDER = 3, FILE = 4, big = { bigint: true };
 
 // Runs `module` with arguments; returns its exit status.
-//   fs           openSync, readSync and so on
-//   isTerminal   of a descriptor
+//   fs, cwd, isTerminal       as of node
 //   process, isGone, place    see port.h
-//   progress     is told the share that is done
-//   interrupted  asked now and then: a status to exit with, or 0
+//   progress                  is told the share that is done
+//   interrupted               asked now and then: a status to exit with, or 0
 export function run(module, args, host) {
     const { fs } = host;
     const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0 }]));
@@ -39,7 +34,7 @@ export function run(module, args, host) {
     const leave = status => { // removes what was begun, through this host
         leaving = true;
         leaving = exports.leave();
-        if (leaving) throw new Exit(status);
+        if (leaving) throw { status };
     };
     const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
     const put = (at, string, room) => {
@@ -53,13 +48,12 @@ export function run(module, args, host) {
         try {
             return call(...given) ?? 0;
         } catch (error) {
-            if (error instanceof Exit || !error.code) throw error;
+            if (!error.code) throw error;
             return sign * (ERRNO[error.code] ?? ERRNO.EIO);
         }
     };
     const file = fd => files.get(fd) ?? fail('EBADF');
     const fail = code => { throw Object.assign(new Error(code), { code }); };
-    const wait = () => Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
 
     // Bytes that a call moved, of all pieces of memory that it was given.
     const each = (pieces, count, result, move) => {
@@ -67,51 +61,45 @@ export function run(module, args, host) {
         for (let i = 0; i < count; i++) {
             const at = view.getUint32(pieces + 8 * i, true);
             const size = view.getUint32(pieces + 8 * i + 4, true);
-            const n = size ? move(bytes.subarray(at, at + size)) : 0;
+            const n = size && move(bytes.subarray(at, at + size), all);
             all += n;
             if (n < size) break;
         }
         view.setUint32(result, all, true);
+        return all;
     };
-    const read = (f, into, at) => {
+    const patiently = (fd, call) => {
         for (;;) {
             try {
-                return fs.readSync(f.fd, into, 0, into.length, at);
+                return call();
             } catch (error) {
                 if (error.code === 'EOF') return 0; // a pipe's, on Windows
+                if (error.code === 'EPIPE' && fd < 3) leave(141);
                 if (error.code !== 'EAGAIN') throw error;
-                wait();
+                Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
                 look();
             }
         }
     };
-    const write = (f, from) => {
-        let done = 0;
-        while (done < from.length) {
-            try {
-                done += fs.writeSync(f.fd, from, done, from.length - done);
-            } catch (error) {
-                if (error.code === 'EPIPE' && f.fd < 3) leave(141);
-                if (error.code !== 'EAGAIN') throw error;
-                wait();
-            }
-        }
-        return done;
+    const read = ({ fd }, into, at) =>
+        patiently(fd, () => fs.readSync(fd, into, 0, into.length, at));
+    const write = ({ fd }, from) => {
+        for (let done = 0; done < from.length;)
+            done += patiently(fd, () => fs.writeSync(fd, from, done, from.length - done));
+        return from.length;
     };
     const stat = (at, s) => {
-        const times = [s.atimeNs, s.mtimeNs, s.ctimeNs];
         bytes.fill(0, at, at + 88);
         view.setUint32(at, Number(s.dev & 0xffffffffn), true);
         view.setUint32(at + 12, Number(s.mode), true);
         view.setUint32(at + 16, Number(s.nlink), true);
         view.setBigInt64(at + 40, s.size, true);
-        times.forEach((t, i) => {
+        [s.atimeNs, s.mtimeNs, s.ctimeNs].forEach((t, i) => {
             view.setInt32(at + 56 + 8 * i, Number(t / 1000000000n), true);
             view.setInt32(at + 60 + 8 * i, Number(t % 1000000000n), true);
         });
         view.setBigUint64(at + 80, s.ino, true);
     };
-    const big = { bigint: true };
 
     const system = {
         __syscall_stat64(path, at) { stat(at, fs.statSync(text(path), big)); },
@@ -140,8 +128,6 @@ export function run(module, args, host) {
             }
             return used;
         },
-    };
-    const wasi = {
         args_sizes_get(count, size) {
             view.setUint32(count, args.length, true);
             view.setUint32(size, args.reduce((n, a) => n + encoder.encode(a).length + 1, 0), true);
@@ -152,31 +138,16 @@ export function run(module, args, host) {
                 at += put(at, arg, Infinity) + 1;
             });
         },
-        environ_sizes_get(count, size) {
-            view.setUint32(count, 0, true);
-            view.setUint32(size, 0, true);
-        },
-        environ_get() {},
         clock_time_get(clock, precision, at) {
             const ms = clock ? performance.now() : performance.timeOrigin + performance.now();
             view.setBigUint64(at, BigInt(Math.round(ms * 1e6)), true);
         },
-        clock_res_get(clock, at) { view.setBigUint64(at, 1000n, true); },
         fd_read(fd, pieces, count, got) {
             const f = file(fd);
-            each(pieces, count, got, to => {
-                const n = read(f, to, fd ? f.at : null);
-                f.at += n;
-                return n;
-            });
+            f.at += each(pieces, count, got, (to, n) => read(f, to, fd ? f.at + n : null));
         },
         fd_pread(fd, pieces, count, at, got) {
-            at = Number(at);
-            each(pieces, count, got, to => {
-                const n = read(file(fd), to, at);
-                at += n;
-                return n;
-            });
+            each(pieces, count, got, (to, n) => read(file(fd), to, Number(at) + n));
         },
         fd_write(fd, pieces, count, got) {
             each(pieces, count, got, from => write(file(fd), from));
@@ -198,18 +169,16 @@ export function run(module, args, host) {
             bytes.fill(0, at, at + 24);
             bytes[at] = file(fd).names ? FOLDER : host.isTerminal(fd) ? TERMINAL : FILE;
         },
-        proc_exit(status) { throw new Exit(status); },
+        proc_exit(status) { throw { status }; }, // through the program
     };
     const iblbake = {
         open: guard((path, flags) => {
             path = text(path);
-            const f = { at: 0 };
-            if (flags & O_FOLDER) f.names = ['.', '..', ...fs.readdirSync(path)];
-            else f.fd = fs.openSync(path, !(flags & O_WRITE) ? 'r'
-                : flags & O_EXCLUSIVE ? 'wx' : 'w');
             let fd = 3;
             while (files.has(fd)) fd++;
-            files.set(fd, f);
+            files.set(fd, flags & O_FOLDER ? { at: 0, names: ['.', '..', ...fs.readdirSync(path)] }
+                : { at: 0, fd: fs.openSync(path, !(flags & O_WRITE) ? 'r'
+                    : flags & O_EXCLUSIVE ? 'wx' : 'w') });
             return fd;
         }, -1),
         process: () => host.process,
@@ -217,40 +186,31 @@ export function run(module, args, host) {
         place: (at, room) => { look(); put(at, host.place, room); },
         progress: done => { look(); host.progress?.(done); },
     };
-    // Functions that libraries longjmp out of are called by these.
-    const env = {
-        setTempRet0() {}, getTempRet0: () => 0,
-        emscripten_notify_memory_growth() {},
-        _emscripten_throw_longjmp() { throw env; },
-    };
+    // Functions that libraries longjmp out of are called by `invoke`.
+    const longjmp = () => { throw longjmp; };
     const invoke = (index, ...given) => {
         const stack = exports.stackSave();
         try {
             return exports.__indirect_function_table.get(index)(...given);
         } catch (error) {
             exports.stackRestore(stack);
-            if (error !== env) throw error;
+            if (error !== longjmp) throw error;
             exports.setThrew(1, 0);
         }
     };
 
     const imports = { env: {}, wasi_snapshot_preview1: {}, iblbake };
     for (const { module: from, name } of WebAssembly.Module.imports(module)) {
-        if (from === 'env')
-            imports.env[name] = name.startsWith('invoke_') ? invoke : env[name]
-                ?? guard(system[name] ?? (() => fail('ENOSYS')), -1);
-        else if (from !== 'iblbake')
-            imports[from][name] = guard(wasi[name] ?? (() => fail('ENOSYS')), 1);
+        const call = guard(system[name] ?? (() => fail('ENOSYS')), from === 'env' ? -1 : 1);
+        imports[from][name] ??= name.startsWith('invoke_') ? invoke
+            : name === '_emscripten_throw_longjmp' ? longjmp : call;
     }
     exports = new WebAssembly.Instance(module, imports).exports;
     try {
         exports._start();
         return 0;
     } catch (error) {
-        if (error instanceof Exit) return error.status;
-        throw error;
-    } finally {
-        for (const [fd, f] of files)
-            if (fd > 2 && !f.names) fs.closeSync(f.fd);
+        if (error.status === undefined) throw error;
+        return error.status;
     }
 }

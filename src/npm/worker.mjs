@@ -8,22 +8,19 @@ const port = node ? (await import(/* webpackIgnore: true */ 'node:worker_threads
     : globalThis;
 
 port.onmessage = ({ data: { module, args, files } }) => {
-    const all = new Map(Object.entries(files)), given = new Set(all.keys());
     const said = ['', '', ''], decoders = said.map(() => new TextDecoder());
+    const fs = memory(files, (fd, bytes) => {
+        said[fd] += decoders[fd].decode(bytes, { stream: true });
+    });
     try {
         const status = run(module, ['iblbake', ...args], {
-            fs: memory(all, (fd, bytes) => {
-                said[fd] += decoders[fd].decode(bytes, { stream: true });
-            }),
-            isTerminal: () => false,
-            process: 1, isGone: () => false, place: '', cwd: () => '/',
-            progress: done => port.postMessage({ done }),
+            fs, isTerminal: () => false, process: 1, isGone: () => false, place: '',
+            cwd: () => '/', progress: done => port.postMessage({ done }),
         });
-        const made = Object.fromEntries([...all].filter(([name]) => !given.has(name))
-            .map(([name, bytes]) => [name, bytes.slice()]));
+        const made = fs.made();
         port.postMessage({ status, files: made, stdout: said[1], stderr: said[2] },
             Object.values(made).map(bytes => bytes.buffer));
     } catch (error) { // as when there is no memory
-        port.postMessage({ status: 1, files: {}, stdout: '', stderr: `iblbake: ${error.message}\n` });
+        port.postMessage({ status: 1, files: {}, stdout: '', stderr: `iblbake: ${error.message}` });
     }
 };

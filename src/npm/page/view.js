@@ -1,282 +1,257 @@
 // SPDX-License-Identifier: MIT
 /*
- * Two views of one scene in three.js, side by side or one above the other: one
- * lit by a baked set, with the reflections of `iblbake --explain`, the other by
- * what three.js prefilters itself.
+ * A scene in three.js, twice side by side: lit by a baked set, with the reflections
+ * of `iblbake --explain`, and by what three.js prefilters itself. The truth about a
+ * sphere is the same shader with a sum over the pixels of the map.
  */
-import * as THREE from './three/build/three.module.js';
-import {OrbitControls} from './three/examples/jsm/controls/OrbitControls.js';
-import {DRACOLoader} from './three/examples/jsm/loaders/DRACOLoader.js';
-import {GLTFLoader} from './three/examples/jsm/loaders/GLTFLoader.js';
-import {KTX2Loader} from './three/examples/jsm/loaders/KTX2Loader.js';
-import {MeshoptDecoder} from
-    './three/examples/jsm/libs/meshopt_decoder.module.js';
-import {clone} from './three/examples/jsm/utils/SkeletonUtils.js';
+import * as THREE from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {EXRLoader} from 'three/addons/loaders/EXRLoader.js';
+import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
+import {HDRLoader} from 'three/addons/loaders/HDRLoader.js';
 import reflections from './reflections.js';
 
-export const ROUGHNESS = [0.1, 0.3, 0.5, 0.7, 0.9];
-export const MATERIALS = [
-    {name: 'Silver', metal: 1, colour: [0.95, 0.94, 0.92]},
-    {name: 'Gold', metal: 1, colour: [1, 0.71, 0.29]},
-    {name: 'Plastic', metal: 0, colour: [0.7, 0.72, 0.75]}];
-export const MEASURED = 512; // pixels across a sphere
-const LIBS = './three/examples/jsm/libs/', DEGREE = Math.PI / 180;
+const ROUGHNESS = [0.1, 0.3, 0.5, 0.7, 0.9], MATERIALS = [ // silver, gold, plastic
+    {metalness: 1, color: new THREE.Color(0.95, 0.94, 0.92)},
+    {metalness: 1, color: new THREE.Color(1, 0.71, 0.29)},
+    {metalness: 0, color: new THREE.Color(0.7, 0.72, 0.75)}];
+export const PIXELS = 64; // across a sphere that is measured
+const DEGREE = Math.PI / 180;
 
-/* The program's lines replace chunks of shaders: here of one side's materials. */
+/* Light of an environment is looked up by the program's lines or by those of
+ * three.js, or summed over some of the map's patches. */
+const MAPS = 'lights_fragment_maps', PARS = 'envmap_physical_pars_fragment';
 const chunks = {...THREE.ShaderChunk};
 reflections({ShaderChunk: chunks});
-function fit(material) {
-    material.onBeforeCompile = shader => shader.fragmentShader =
-        shader.fragmentShader.replace(/#include <(lights_fragment_maps|envmap_physical_pars_fragment)>/g,
-                                      (_, name) => chunks[name]);
-    material.customProgramCacheKey = () => 'ibl_lobe_fit';
+const LOOKUP = `if (baked) {\n${chunks[MAPS]}\n} else {\n${THREE.ShaderChunk[MAPS]}\n}`;
+const SUM = `
+vec3 reflected = vec3(0.0);
+for (int j = rows.x; j < rows.y; j++)
+    for (int i = 0; i < textureSize(patches, 0).x; i += 2) {
+        vec3 to = normalize(texelFetch(patches, ivec2(i, j), 0).xyz);
+        float cosine = dot(to, geometryNormal);
+        if (cosine <= 0.0)
+            continue;
+        vec3 light = cosine * texelFetch(patches, ivec2(i + 1, j), 0).rgb;
+        iblIrradiance += light;
+        reflected += light * BRDF_GGX(to, geometryViewDir, geometryNormal, material);
+    }
+radiance += reflected / (material.specularColorBlended * material.dfg.x +
+    material.specularF90 * material.dfg.y);`;
+const uniforms = {baked: {}, patches: {}, rows: {value: new THREE.Vector2()}};
+function fit(material, lines = LOOKUP) {
+    material.onBeforeCompile = shader => {
+        Object.assign(shader.uniforms, uniforms);
+        shader.fragmentShader = `uniform bool baked; uniform ivec2 rows;
+            uniform highp sampler2D patches;\n` + shader.fragmentShader
+            .replace(`#include <${PARS}>`, () => chunks[PARS])
+            .replace(`#include <${MAPS}>`, () => lines);
+    };
+    material.customProgramCacheKey = () => lines;
     return material;
 }
-const ball = ({metal, colour}, roughness) => new THREE.MeshStandardMaterial(
-    {roughness, metalness: metal, color: new THREE.Color(...colour)});
 
 /* A cube of half floats, which no loader of three.js takes: texels(level, face,
  * edge). */
 function cube(size, count, texels) {
     const faces = [0, 1, 2, 3, 4, 5].map(face => ({width: size, height: size,
-        mipmaps: Array.from({length: count}, (_, l) => ({width: size >> l,
-            height: size >> l, data: texels(l, face, size >> l)}))}));
-    const map = new THREE.CompressedCubeTexture(faces, THREE.RGBAFormat,
-                                                THREE.HalfFloatType);
+        mipmaps: Array.from({length: count}, (_, level) => size >> level).map((n, level) =>
+            ({width: n, height: n, data: texels(level, face, n)}))}));
+    const map = new THREE.CompressedCubeTexture(faces, THREE.RGBAFormat, THREE.HalfFloatType);
     map.minFilter = THREE.LinearMipmapLinearFilter;
+    map.needsUpdate = map.isPMREMTexture = true;
+    return map;
+}
+const dark = levels => cube(2 ** (levels - 1), levels, (l, face, n) => new Uint16Array(4 * n * n));
+
+/* A map as patches of the sky, not wider than that: pairs of texels with the direction
+ * of the light's middle, so that what is left out is of second order, and radiance
+ * times area. Pixels are split where they are wider. */
+function patchesOf({flipY, image: {width, height, data}}, widest, turn) {
+    const split = Math.ceil(Math.PI / height / widest), edge = Math.PI / height / split;
+    const block = Math.floor(widest / edge), of = n => Math.ceil(n * split / block);
+    const w = of(width), h = of(height), out = new Float32Array(8 * w * h);
+    for (let j = 0; j < height * split; j++) {
+        const up = (flipY ? -1 : 1) * ((j + 0.5) * edge - Math.PI / 2);
+        const area = 2 * Math.sin(edge / 2) * edge * Math.cos(up);
+        for (let i = 0; i < width * split; i++) {
+            const from = 4 * (Math.floor(j / split) * width + Math.floor(i / split));
+            const to = 8 * (Math.floor(j / block) * w + Math.floor(i / block));
+            const across = (i + 0.5) * edge - Math.PI - turn;
+            let power = 1e-6 * area; // of black
+            for (let c = 0; c < 3; c++) {
+                const light = area * Math.max(data[from + c], 0);
+                out[to + 4 + c] += light;
+                power += light;
+            }
+            out[to] += power * Math.cos(up) * Math.cos(across);
+            out[to + 1] += power * Math.sin(up);
+            out[to + 2] += power * Math.cos(up) * Math.sin(across);
+        }
+    }
+    const map = new THREE.DataTexture(out, 2 * w, h, THREE.RGBAFormat, THREE.FloatType);
     map.needsUpdate = true;
     return map;
 }
-function ktx2Cube({buffer, byteOffset, byteLength}) {
-    const view = new DataView(buffer, byteOffset, byteLength);
-    return cube(view.getUint32(20, true), view.getUint32(40, true),
-        (l, face, n) => new Uint16Array(buffer, byteOffset + face * n * n * 8 +
-            Number(view.getBigUint64(80 + 24 * l, true)), n * n * 4));
-}
 
-/* picked(where): a sphere was; turned(degrees, end): the map was. */
-export function createView(canvas, picked, turned) {
+export function createView(canvas) {
     const renderer = new THREE.WebGLRenderer({canvas, antialias: true});
     renderer.toneMapping = THREE.NeutralToneMapping;
-    const ktx2 = new KTX2Loader().setTranscoderPath(LIBS + 'basis/')
-        .detectSupport(renderer);
     const camera = new THREE.PerspectiveCamera(24, 1, 0.1, 100);
+    camera.position.z = 28;
     const orbit = new OrbitControls(camera, canvas);
-    orbit.enabled = orbit.enablePan = false;
+    orbit.enablePan = false;
     orbit.listenToKeyEvents(canvas);
     orbit.addEventListener('change', draw);
-    const round = new THREE.SphereGeometry(1, 96, 64);
+    canvas.style.touchAction = 'pan-y';
+
+    const round = new THREE.SphereGeometry(1, 96, 64), balls = new THREE.Group();
+    MATERIALS.forEach(({metalness, color}, row) => ROUGHNESS.forEach((roughness, column) => {
+        const ball = new THREE.Mesh(round, fit(
+            new THREE.MeshStandardMaterial({roughness, metalness, color})));
+        ball.position.set(2.3 * (row - 1), 2.3 * (2 - column), 0);
+        balls.add(ball);
+    }));
+    const scene = new THREE.Scene().add(balls);
+    const single = new THREE.Mesh(new THREE.SphereGeometry(1, 96, 64, 0, 2 * Math.PI, 0, 1.37)
+        .rotateX(Math.PI / 2)), alone = new THREE.Scene().add(single);
     const far = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
     far.position.z = 5;
-    const sides = [fit, x => x].map(own => {
-        const scene = new THREE.Scene(), balls = new THREE.Group();
-        MATERIALS.forEach((material, row) => ROUGHNESS.forEach((r, column) => {
-            const mesh = new THREE.Mesh(round, own(ball(material, r)));
-            mesh.userData = {row, column};
-            balls.add(mesh);
-        }));
-        scene.add(balls);
-        const single = new THREE.Scene().add(new THREE.Mesh(round));
-        return {scene, single, balls, own, rotate: 0, exposure: 0};
+    const [looked, summed] = [LOOKUP, SUM].map(lines => {
+        const material = fit(new THREE.MeshStandardMaterial(), lines);
+        for (const name of ['dFdx(x)', 'dFdy(x)']) // which widens lobes by pixels
+            material.defines[name] = '(0.0 * (x))';
+        return material;
     });
-    const sight = {exposure: 0, rotation: 0, background: 'blurred'};
-    let equirect, pmrem, asked = false, drawn = [], tall = false;
+    const target = new THREE.WebGLRenderTarget(PIXELS, PIXELS, {type: THREE.FloatType});
 
+    /* Of each side the cube, and what was done to its light already. Shaders are
+     * made for a number of levels, before there is a map. */
+    const sides = [5, 6].map(levels => ({map: dark(levels), rotate: 0, exposure: 0}));
+    const sight = {}, drawn = [];
+    let sky = null, asked = 0, question = 0;
+    /* Lights a scene as side k has it. */
+    function light(where, k, exposed) {
+        const {map, rotate, exposure} = sides[k];
+        uniforms.baked.value = k === 0;
+        where.environment = map;
+        where.environmentRotation.y = (sight.rotation - rotate) * DEGREE;
+        where.environmentIntensity = 2 ** (exposed - exposure);
+    }
     function draw() {
         asked ||= requestAnimationFrame(now);
     }
     function now() {
         const {clientWidth: w, clientHeight: h} = canvas;
-        asked = false;
-        sides.forEach(({scene, rotate, exposure}, k) => {
-            const box = tall ? [0, k ? 0 : h / 2, w, h / 2] :
-                [k * w / 2, 0, w / 2, h];
-            renderer.setViewport(...box);
-            renderer.setScissor(...box);
-            const sharp = sight.background === 'sharp' && equirect;
-            scene.background = !scene.environment || sight.background === 'none' ?
-                new THREE.Color(0x14171c) : sharp || scene.environment;
-            scene.backgroundBlurriness = sharp ? 0 : 0.45;
-            const turn = (sight.rotation - rotate) * DEGREE;
-            scene.environmentRotation.y = turn;
-            scene.environmentIntensity = 2 ** (sight.exposure - exposure);
-            scene.backgroundRotation.y = sharp ? sight.rotation * DEGREE : turn;
-            scene.backgroundIntensity = sharp ? 2 ** sight.exposure :
-                scene.environmentIntensity;
+        asked = 0;
+        for (const k of [0, 1]) {
+            light(scene, k, sight.exposure);
+            scene.background = sight.background === 'none' ? null : scene.environment;
+            scene.backgroundBlurriness = sight.background === 'sharp' ? 0 : 0.45;
+            scene.backgroundRotation.y = scene.environmentRotation.y;
+            scene.backgroundIntensity = scene.environmentIntensity;
+            renderer.setViewport(k * w / 2, 0, w / 2, h);
+            renderer.setScissor(k * w / 2, 0, w / 2, h);
             renderer.setScissorTest(true);
             renderer.render(scene, camera);
             renderer.setScissorTest(false);
-        });
+        }
         drawn.splice(0).forEach(go => go());
     }
-    const shown = () => new Promise(go => {
-        drawn.push(go);
-        draw();
-    });
-    /* Rows of materials, or of roughness: what makes spheres larger. */
-    function lay() {
+    const isDrawn = () => new Promise(go => draw(drawn.push(go)));
+    new ResizeObserver(() => {
         const {clientWidth: w, clientHeight: h} = canvas;
-        if (!w || !h)
-            return;
-        tall = w < 1.1 * h;
         renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
         renderer.setSize(w, h, false);
-        camera.aspect = tall ? 2 * w / h : w / 2 / h;
-        const {length: m} = MATERIALS, {length: n} = ROUGHNESS;
-        const rows = tall ? h / 2 : h, label = 40; // in pixels
-        const height = (across, down) =>
-            2.3 * Math.max(down / (1 - label / rows), across / camera.aspect);
-        const upright = height(m, n) < height(n, m);
-        const all = Math.min(height(m, n), height(n, m));
-        sides.forEach(({balls}) => balls.children.forEach(({position, userData}) => {
-            const x = 2.3 * (userData.column - (n - 1) / 2);
-            const y = 2.3 * (userData.row - (m - 1) / 2);
-            position.set(upright ? y : x, (upright ? -x : -y) - all * label / 2 / rows, 0);
-        }));
-        if (!orbit.enabled)
-            camera.position.set(0, 0,
-                all / 2 / Math.tan(camera.fov / 2 * DEGREE));
+        camera.aspect = w / 2 / h;
+        camera.fov = 2 * Math.atan(Math.max(6.6, 3.7 / camera.aspect) / 28) / DEGREE;
         camera.updateProjectionMatrix();
         draw();
-    }
-    new ResizeObserver(lay).observe(canvas);
+    }).observe(canvas);
 
-    let down = null;
-    canvas.onpointerdown = e => {
-        if (!orbit.enabled)
-            canvas.setPointerCapture(e.pointerId);
-        down = orbit.enabled ? null : {x: e.clientX, from: sight.rotation};
-    };
-    canvas.onpointermove = e => {
-        const by = down ? e.clientX - down.x : 0;
-        if (down?.moved || Math.abs(by) > 4) {
-            down.moved = true;
-            turned((down.from + by / 3 + 540) % 360 - 180, false);
-        }
-    };
-    canvas.onpointercancel = () => down = null;
-    canvas.onpointerup = e => {
-        const {clientWidth: w, clientHeight: h} = canvas;
-        if (down?.moved)
-            turned(sight.rotation, true);
-        else if (down) {
-            const ray = new THREE.Raycaster(), part = x => x % 1 * 2 - 1;
-            ray.setFromCamera(new THREE.Vector2(
-                part(e.offsetX / w * (tall ? 1 : 2)),
-                -part(e.offsetY / h * (tall ? 2 : 1))), camera);
-            const [hit] = ray.intersectObjects(sides[0].balls.children);
-            hit && picked(hit.object.userData);
-        }
-        down = null;
-    };
+    function replace(k, map, rotate = 0, exposure = 0, owner = map) {
+        (sides[k].owner ?? sides[k].map).dispose();
+        sides[k] = {map, rotate, exposure, owner};
+        return isDrawn();
+    }
+    function radiance(material) {
+        const pixels = new Float32Array(4 * PIXELS * PIXELS);
+        single.material = material;
+        renderer.setRenderTarget(target);
+        renderer.render(alone, far);
+        renderer.readRenderTargetPixels(target, 0, 0, PIXELS, PIXELS, pixels);
+        renderer.setRenderTarget(null);
+        return pixels.map((x, i) => i % 4 < 3 ? x : 0);
+    }
 
     return {
-        set(s) {
-            Object.assign(sight, s);
-            draw();
+        isDrawn,
+        set: s => draw(Object.assign(sight, s)),
+        /* A specular cube of half floats as KTX2; is done when it is drawn. */
+        show({buffer}, rotate, exposure) {
+            const view = new DataView(buffer), number = at => view.getUint32(at, true);
+            return replace(0, cube(number(20), number(40), (l, face, n) => new Uint16Array(
+                buffer, number(80 + 24 * l) + face * n * n * 8, n * n * 4)), rotate, exposure);
         },
-        /* Shaders take their time: those of an empty map, before there is one. */
-        warm() {
-            const map = cube(1, 1, () => new Uint16Array(4));
-            map.isPMREMTexture = true;
-            sides[0].scene.environment = map;
-            return shown();
-        },
-        /* A specular cube: half floats, or what three.js transcodes. Is done
-         * when it is drawn. */
-        async show(bytes, half, {rotate = 0, exposure = 0}) {
-            const map = half ? ktx2Cube(bytes) : await new Promise((go, fail) =>
-                ktx2.parse(bytes.slice().buffer, go, fail));
-            map.isPMREMTexture = true;
-            sides[0].scene.environment?.dispose();
-            Object.assign(sides[0], {rotate, exposure});
-            sides[0].scene.environment = map;
-            await shown();
-        },
-        /* A map as three.js takes it, or none; gives the time that it took. */
-        async prefilter(map) {
-            pmrem?.dispose();
-            equirect?.dispose();
-            pmrem = equirect = sides[1].scene.environment = null;
-            if (!map)
-                return draw();
-            equirect = new THREE.DataTexture(map.half, map.w, map.h,
-                THREE.RGBAFormat, THREE.HalfFloatType,
-                THREE.EquirectangularReflectionMapping);
-            equirect.magFilter = equirect.minFilter = THREE.LinearFilter;
-            equirect.flipY = equirect.needsUpdate = true;
-            const start = performance.now();
-            const generator = new THREE.PMREMGenerator(renderer);
-            pmrem = generator.fromEquirectangular(equirect);
+        /* A map as three.js reads and prefilters it, or none; gives the time that
+         * the latter takes. */
+        async prefilter(bytes) {
+            sky = null;
+            if (!bytes)
+                return replace(1, dark(6));
+            const exr = new DataView(bytes).getUint32(0, true) === 20000630;
+            const loader = exr ? new EXRLoader() : new HDRLoader();
+            const read = type => loader.setDataType(type).createDataTexture(bytes);
+            sky = read(THREE.FloatType);
+            const {width: w, height: h, data} = sky.image;
+            if (data.length !== 4 * w * h || w !== 2 * h || h > 2048)
+                throw Error(`${w} x ${h} pixels: only 2:1, up to 4096 x 2048, is compared`);
+            const map = read(THREE.HalfFloatType);
+            map.mapping = THREE.EquirectangularReflectionMapping;
+            const start = performance.now(), generator = new THREE.PMREMGenerator(renderer);
+            const made = generator.fromEquirectangular(map);
             generator.dispose();
-            renderer.readRenderTargetPixels(pmrem, 0, 0, 1, 1,
-                                            new Uint16Array(4), 0);
+            map.dispose();
+            renderer.readRenderTargetPixels(made, 0, 0, 1, 1, new Uint16Array(4), 0);
             const took = performance.now() - start;
-            sides[1].scene.environment = pmrem.texture;
-            await shown();
+            await replace(1, made.texture, 0, 0, made);
             return took;
         },
-        /* Radiance of a sphere that is seen from far away: RGBA of each side. */
-        measure({row, column}) {
-            const target = new THREE.WebGLRenderTarget(MEASURED, MEASURED,
-                {type: THREE.FloatType});
-            const out = sides.map(({scene, single, own, rotate, exposure}) => {
-                if (!scene.environment)
-                    return null;
-                const pixels = new Float32Array(4 * MEASURED * MEASURED);
-                single.environment = scene.environment;
-                single.environmentRotation.y = (sight.rotation - rotate) * DEGREE;
-                single.environmentIntensity = 2 ** -exposure;
-                single.children[0].material.dispose();
-                single.children[0].material =
-                    own(ball(MATERIALS[row], ROUGHNESS[column]));
-                renderer.setRenderTarget(target);
-                renderer.render(single, far);
-                renderer.readRenderTargetPixels(target, 0, 0, MEASURED, MEASURED,
-                                                pixels);
-                renderer.setRenderTarget(null);
-                return pixels;
+        /* Radiance of a sphere that is seen from far away, without its rim, RGB0 from
+         * the bottom: of both sides and the truth. Nothing if it was asked again meanwhile. */
+        async measure(row, column) {
+            const id = ++question, {metalness, color} = MATERIALS[row];
+            for (const material of [looked, summed])
+                Object.assign(material, {metalness, color, roughness: ROUGHNESS[column]});
+            const out = [0, 1].map(k => {
+                light(alone, k, 0);
+                return radiance(looked);
             });
-            target.dispose();
-            return out;
+            const patches = patchesOf(sky, ROUGHNESS[column] ** 2 / 3, sight.rotation * DEGREE);
+            const truth = new Float32Array(out[0].length), {height} = patches.image;
+            for (let at = 0; at < height && id === question; at += 8) { // not to hold it up
+                uniforms.rows.value.set(at, Math.min(at + 8, height));
+                uniforms.patches.value = patches;
+                radiance(summed).forEach((x, i) => truth[i] += x);
+                await new Promise(go => setTimeout(go));
+            }
+            patches.dispose();
+            return id === question && [...out, truth];
         },
-        /* A model of glTF of some files, by name; nothing: spheres again. */
-        async model(files) {
-            let loaded;
-            if (files) {
-                const urls = Object.fromEntries(files.map(file =>
-                    [file.name, URL.createObjectURL(file)]));
-                const manager = new THREE.LoadingManager().setURLModifier(url =>
-                    urls[decodeURIComponent(url.split('/').pop())] ?? url);
-                loaded = (await new GLTFLoader(manager).setKTX2Loader(ktx2)
-                    .setMeshoptDecoder(MeshoptDecoder)
-                    .setDRACOLoader(new DRACOLoader(manager)
-                        .setDecoderPath(LIBS + 'draco/gltf/'))
-                    .loadAsync(Object.keys(urls).find(n => /\.gl(b|tf)$/i.test(n))))
-                    .scene;
+        /* A model of glTF in one file; nothing: spheres again. */
+        async model(url) {
+            let loaded = balls;
+            if (url) {
+                loaded = (await new GLTFLoader().loadAsync(url)).scene;
                 const box = new THREE.Box3().setFromObject(loaded);
-                const scale = 2 / box.getSize(new THREE.Vector3()).length();
-                loaded.position.sub(box.getCenter(new THREE.Vector3()))
-                    .multiplyScalar(scale);
+                const scale = 11 / box.getSize(new THREE.Vector3()).length();
+                loaded.position.sub(box.getCenter(new THREE.Vector3())).multiplyScalar(scale);
                 loaded.scale.multiplyScalar(scale);
+                loaded.traverse(part => part.material && fit(part.material));
             }
-            for (const side of sides) {
-                if (side.model)
-                    side.scene.remove(side.model);
-                side.model = loaded && clone(loaded);
-                side.model?.traverse(part => part.material &&=
-                    Array.isArray(part.material) ? part.material :
-                        side.own(part.material.clone()));
-                if (side.model)
-                    side.scene.add(side.model);
-                side.balls.visible = !loaded;
-            }
-            orbit.enabled = !!loaded;
-            canvas.style.touchAction = loaded ? 'none' : 'pan-y';
-            orbit.target.set(0, 0, 0);
-            camera.position.set(0, loaded ? 1 : 0, 6);
-            orbit.update();
-            lay();
+            scene.clear().add(loaded);
+            orbit.reset();
+            draw();
         }
     };
 }
