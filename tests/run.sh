@@ -74,26 +74,34 @@ for ((i = $#; i > 0; i--)); do
     programs "${!i}"
 done
 
+# With a sanitizer, where the rest runs no code that these do not; races are
+# between threads, and with signals.
+declare -A only=(
+    [asan: tests/check-batch.sh]='failures|interrupted|memory|two_runs'
+    [asan/tests/check_levels]='constant seams threads isas'
+    [asan/tests/check_read]='damaged damage_while_read kinds mending'
+    [asan/tests/check_view_probe_set]='files_that_do_not_fit'
+    [tsan: tests/check-cli.sh]='thread|interrupt|signal|progress'
+    [tsan/tests/check_environment]='rows_and_threads pieces progress'
+    [tsan/tests/check_read]='everywhere damage_while_read'
+    [tsan/tests/check_view_set]='baker'
+)
+
 # ---- running them ----------------------------------------------------------
 # Each has a session of its own, by which all of it can be killed; and what
 # runs in the background of a script would ignore INT, and under nohup HUP,
 # which tests send.
 start() { # NUMBER
-    local name=${tests[$1]} command
+    local name=${tests[$1]} command few
+    few=${only[${name#"$first"/}]:-}
     command=("$name")
     case $name in
-    # Races are between threads, and with signals.
-    *tsan:*)
-        command=(env ONLY='thread|interrupt|signal|progress'
-            "BUILD=${name%%: *}" bash "${name#*: }")
-        ;;
-    *tsan/*_read) command=("$name" everywhere damage_while_read) ;;
-    *': '*) command=(env "BUILD=${name%%: *}" bash "${name#*: }") ;;
+    *': '*) command=(env ONLY="$few" "BUILD=${name%%: *}" bash "${name#*: }") ;;
     # The numbers of slow tests do not depend on the compiler, and they run no
     # code that others do not.
-    *asan/*_levels)
-        command=(env IBL_TEST_QUICK=1 "$name" constant seams threads isas) ;;
-    *san/*) command=(env IBL_TEST_QUICK=1 "$name") ;;
+    *san/*)
+        read -ra few <<<"$few"
+        command=(env IBL_TEST_QUICK=1 "$name" "${few[@]}") ;;
     esac
     (
         TIMEFORMAT='%R %U %S'
