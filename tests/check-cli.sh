@@ -21,7 +21,7 @@
 # commands are like EXCEPT, and with IBL_TEST_QUICK each third.
 set -u
 . tests/lib.sh
-slow='interrupted|scenes|fewest|choice|lights_auto|pictures|printed|depfile'
+slow='_convert|of_faces|_info|interrupted|scenes|fewest|choice|lights_auto|pictures|printed|depfile'
 repeats='fewest|lights|pictures|scenes|choice|convert|misuse|usage|printed|depfile'
 program=$build/iblbake
 need node

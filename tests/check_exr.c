@@ -158,7 +158,7 @@ static const char *name_of(int picture, int i)
                      i % shapes ? "tile" : "line");
 }
 
-TEST(every_compression)
+TEST_SLOW(every_compression)
 {
     const char *command = "oiiotool";
     ibl_image back;
@@ -368,7 +368,7 @@ static void check_placed(const char *file, const ibl_image *img, int x, int y,
     }
 }
 
-TEST(windows)
+TEST_SLOW(windows)
 {
     static const struct {
         const char *file, *options;

@@ -232,7 +232,7 @@ static ibl_status decode(ibl_ctx *ctx, const file *f, ibl_image *img,
     return status;
 }
 
-TEST(metadata_of_one_and_three_channels)
+TEST_SLOW(metadata_of_one_and_three_channels)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
 

@@ -360,7 +360,7 @@ TEST(legends_show_their_scale)
 }
 
 /* Labels change nothing of the picture, and are around it. */
-TEST(labels_are_beside_the_picture)
+TEST_SLOW(labels_are_beside_the_picture)
 {
     enum {
         W = 640,

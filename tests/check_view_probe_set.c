@@ -152,7 +152,7 @@ static double texels_apart(const view_probe_set *set, int layers, int size)
  * comes after a set's. What is left is 64 samples a texel against the exact
  * levels, blocks, and nine harmonics. A global environment has a layer, which
  * no probe has. */
-TEST(a_scene_is_lit_the_same)
+TEST_SLOW(a_scene_is_lit_the_same)
 {
     static const struct {
         const char *options;

@@ -4,8 +4,7 @@
 # first build the scripts; the sanitized ones run the scripts that bake, too. As
 # many run at once as there are processors; results are printed in a fixed
 # order. Repeats at the end what failed, and prints `N passed, N failed, N
-# skipped`. --quick leaves out slow tests, and all scripts but those of messages
-# and shaders.
+# skipped`. --quick leaves out slow tests, and all scripts but check-cli.sh.
 set -u
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
@@ -55,7 +54,7 @@ scripts() {
         # Those of make check-ports.
         *-ports.sh | *-npm.sh | *-page.sh | *-windows.sh | *-deb.sh | \
             *-arm64.sh | *-install.sh | *-clients.sh) ;;
-        yes:*/check-cli.sh | yes:*/check-glsl.sh)
+        yes:*/check-cli.sh)
             tests+=("$build: $script") ;;
         yes:*) ;;
         *asan:*/check-fuzz.sh | *san:*/check-cli.sh | \
