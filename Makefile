@@ -540,11 +540,11 @@ mutants:
 	@bash tests/mutants/run.sh
 	@bash tests/mutants/run.sh --random $(SEED) 200
 
-## coverage: the share of lines of each folder that make check-quick reaches
+## coverage: the share of lines of each folder that the tests reach (minutes)
 coverage:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) -s $(JOBS) DEPS=no config=cov all tests
-	-@bash tests/run.sh $(if $(ALL),,--quick) build/cov
+	-@bash tests/run.sh build/cov
 	@find build/cov -name '*.gcda' -exec gcov --json-format --stdout {} + | \
 	    node tests/coverage.mjs
 
