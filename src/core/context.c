@@ -27,7 +27,7 @@ struct ibl_ctx {
     ibl_pool *pool;
     struct begun begun[IBL_POOL_BEGUN];
     int begun_count;
-    ibl_ctx_options opts; /* isa is the set in use; bridge is not used */
+    ibl_ctx_options opts; /* isa and threads in use; bridge is not used */
     char *bridge;
     atomic_bool cancel;
 
@@ -97,6 +97,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     }
     ctx->opts = *opts;
     ctx->opts.isa = isa;
+    ctx->opts.threads = threads;
     ctx->whole = -1;
     if (opts->bridge) {
         const size_t bytes = strlen(opts->bridge) + 1;
@@ -130,7 +131,7 @@ void ibl_ctx_free(ibl_ctx *ctx)
 
 int ibl_ctx_threads(const ibl_ctx *ctx)
 {
-    return ibl_pool_threads(ctx->pool);
+    return ctx->opts.threads;
 }
 
 ibl_isa ibl_ctx_isa(const ibl_ctx *ctx)

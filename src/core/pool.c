@@ -42,7 +42,6 @@ typedef struct batch {
 } batch;
 
 struct ibl_pool {
-    int threads; /* including the caller's */
     int started; /* threads started, without the caller's */
     struct worker *workers;
     int begun;
@@ -124,7 +123,6 @@ ibl_pool *ibl_pool_create(int threads)
     ibl_pool *pool = ibl_alloc_zeroed(1, sizeof *pool);
     if (!pool)
         return NULL;
-    pool->threads = threads;
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->idle, NULL);
@@ -162,11 +160,6 @@ void ibl_pool_free(ibl_pool *pool)
     pthread_mutex_destroy(&pool->lock);
     ibl_free(pool->workers);
     ibl_free(pool);
-}
-
-int ibl_pool_threads(const ibl_pool *pool)
-{
-    return pool->threads;
 }
 
 /* Opens a batch; wakes up to `wanted` sleeping workers. */

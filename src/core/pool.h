@@ -19,7 +19,6 @@ typedef bool ibl_tick_fn(void *arg, int done, int jobs);
  * work. */
 ibl_pool *ibl_pool_create(int threads);
 void ibl_pool_free(ibl_pool *pool); /* NULL is allowed */
-int ibl_pool_threads(const ibl_pool *pool);
 
 /* Runs jobs 0..jobs-1 in any order; returns when all have ended, false if tick
  * stopped them. tick may be NULL. Costs about 10 us if a thread must be woken,

@@ -12,7 +12,6 @@ uniform sampler2D other;
 // draws a window, then a picture.
 in vec2 place;
 out vec4 colour;
-
 // view_compare of view/settings.h
 const int ALONE = 0, SPLIT = 1, DIFFERENCE = 2;
 
