@@ -44,7 +44,7 @@ CFLAGS ?= $(OPT_$(config))
 CXXFLAGS ?= $(OPT_$(config))
 SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
 LINK = $(CXX)
-# Half of the processors' time of bfd, which counts for a hundred programs.
+# gold takes half as long as bfd, which counts for a hundred programs.
 ifneq ($(filter -fsanitize=%,$(SANITIZE)),)
 SANITIZE += -fuse-ld=gold
 endif

@@ -20,8 +20,7 @@ enum {
     KEPT = 4    /* jobs that share a state */
 };
 
-/* ---- two doubles, in one vector on most CPUs ------------------------------
- */
+/* ---- two doubles, in one vector on most CPUs ---------------------------- */
 
 typedef double two __attribute__((vector_size(16)));
 typedef float two_floats __attribute__((vector_size(8)));
