@@ -22,15 +22,15 @@ INSTALL ?= install
 LARGE ?=
 export IBL_TEST_LARGE := $(LARGE)
 
-OPT_release := -O2 -g -DNDEBUG
+OPT_release := -O2 -g1 -DNDEBUG
 OPT_debug := -O0 -g
 # Undefined behaviour traps: the texts that would describe it are 5 MB of a
 # program, which each start relocates and each search for leaks reads.
-OPT_asan := -O2 -g1 -fsanitize=address,undefined,float-cast-overflow \
+OPT_asan := -O1 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize=fuzzer-no-link -fsanitize-undefined-trap-on-error \
             -fno-omit-frame-pointer
 OPT_cov := -O1 -g1 --coverage -fprofile-update=atomic
-OPT_tsan := -O2 -g1 -fsanitize=thread -DIBL_TSAN
+OPT_tsan := -O1 -g1 -fsanitize=thread
 # The second compiler, whose libFuzzer shares the objects.
 ifeq ($(config),asan)
 CC := clang
@@ -45,8 +45,9 @@ CXXFLAGS ?= $(OPT_$(config))
 SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
 LINK = $(CXX)
 # gold takes half as long as bfd, which counts for a hundred programs.
+GOLD := $(if $(shell command -v ld.gold),-fuse-ld=gold)
 ifneq ($(filter -fsanitize=%,$(SANITIZE)),)
-SANITIZE += -fuse-ld=gold
+SANITIZE += $(GOLD)
 endif
 # Programs that load C++: the sanitizer looks for its exceptions at the start, and
 # must leave memory to the operators of the bridge of models.
@@ -59,22 +60,22 @@ endif
 # is inflated by libdeflate, or by OpenEXRCore, which takes longer.
 DEFLATE := $(shell pkg-config --exists libdeflate 2>/dev/null && \
              echo libdeflate || echo zlib)
-DEFLATE_CFLAGS = $(shell pkg-config --cflags $(DEFLATE) 2>/dev/null) \
+DEFLATE_CFLAGS := $(shell pkg-config --cflags $(DEFLATE) 2>/dev/null) \
                  -DIBL_LIBDEFLATE=$(if $(filter libdeflate,$(DEFLATE)),1,0)
-EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
-ZSTD_CFLAGS = $(shell pkg-config --cflags libzstd 2>/dev/null)
-JSON_CFLAGS = $(shell pkg-config --cflags jansson 2>/dev/null)
-IO_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
+EXR_CFLAGS := $(shell pkg-config --cflags OpenEXR 2>/dev/null)
+ZSTD_CFLAGS := $(shell pkg-config --cflags libzstd 2>/dev/null)
+JSON_CFLAGS := $(shell pkg-config --cflags jansson 2>/dev/null)
+IO_LIBS := $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
             sed 's/^/-L/') -lOpenEXRCore \
           $(shell pkg-config --libs $(DEFLATE) libzstd jansson libpng zlib \
               2>/dev/null)
-CLI_CFLAGS = $(shell pkg-config --cflags libpng libjpeg zlib jansson libxxhash \
+CLI_CFLAGS := $(shell pkg-config --cflags libpng libjpeg zlib jansson libxxhash \
                libzstd 2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libjpeg libxxhash 2>/dev/null)
+CLI_LIBS := $(shell pkg-config --libs libjpeg libxxhash 2>/dev/null)
 HAVE_VIEW := $(shell pkg-config --exists glfw3 gl imgui 2>/dev/null && echo yes)
-VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl libpng jansson 2>/dev/null)
-VIEW_LIBS = $(shell pkg-config --libs glfw3 imgui 2>/dev/null)
-HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
+VIEW_CFLAGS := $(shell pkg-config --cflags glfw3 gl libpng jansson 2>/dev/null)
+VIEW_LIBS := $(shell pkg-config --libs glfw3 imgui 2>/dev/null)
+HAVE_OIIO := $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
 # What libiblscene.so is built with: of each library that is there its macro and
 # its name.
@@ -141,9 +142,9 @@ endif
 ifeq ($(config),asan)
 TESTS := $(filter-out $(patsubst %,$(BUILD)/tests/check_%,axes brdf \
            disc_lights lobe_coefficients lut overflow point_lights \
-           probe_parallax probes reference sh transform truth view_ibl \
-           view_inspect view_probes view_room view_scene view_shade view_tone \
-           view_truth),$(TESTS))
+           probe_parallax probes reference rendered sh transform truth view_ibl \
+           view_inspect view_probe_set view_probes view_room view_scene \
+           view_shade view_stage view_steady view_tone view_truth),$(TESTS))
 endif
 ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
@@ -151,6 +152,19 @@ endif
 LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
            $(foreach isa,$(ISAS),$(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)) \
            $(BUILD)/obj/gen/lobe_tables.o
+VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \
+            $(BUILD)/obj/gen/shaders.o $(BUILD)/obj/src/view/ui.o
+# Kernels and drawing know no threads: with ThreadSanitizer they are those of
+# the release.
+ifeq ($(config),tsan)
+RELEASED := $(filter $(BUILD)/obj/src/kern/% $(BUILD)/obj/src/view/%, \
+              $(filter-out %/baked_set.o,$(LIB_OBJ) $(VIEW_OBJ)))
+LIB_OBJ := $(filter-out $(RELEASED),$(LIB_OBJ)) \
+           $(patsubst $(BUILD)/%,build/%,$(filter $(RELEASED),$(LIB_OBJ)))
+VIEW_OBJ := $(filter-out $(RELEASED),$(VIEW_OBJ)) \
+            $(patsubst $(BUILD)/%,build/%,$(filter $(RELEASED),$(VIEW_OBJ)))
+RELEASED := $(RELEASED:$(BUILD)/%=build/%)
+endif
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 
 .DELETE_ON_ERROR:
@@ -202,7 +216,10 @@ $(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and
-# change with it alone.
+# change with it alone. The first comes before all that is compiled, and makes
+# the folders.
+FOLDERS := tests fuzz $(addprefix obj/,$(sort $(dir $(wildcard \
+             src/*/*.c src/*/*/*.c tests/*.c tests/*/*.c))))
 $(BUILD)/used-cc: export USED = $(CC) $(REQUIRED) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
 $(BUILD)/used-revision: export USED = $(REVISION)
@@ -210,7 +227,7 @@ $(BUILD)/used-deflate: export USED = $(DEFLATE)
 $(BUILD)/used-scene: export USED = $(SCENE_HAS)
 $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
     $(BUILD)/used-deflate $(BUILD)/used-scene: FORCE
-	@mkdir -p $(@D)
+	@mkdir -p $(if $(findstring -cc,$@),$(addprefix $(BUILD)/,$(FOLDERS)),$(@D))
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir
@@ -219,8 +236,12 @@ $(addprefix $(BUILD)/obj/src/,io/exr.o engine/png.o): \
 $(addprefix $(BUILD)/obj/src/cli/,bake_write.o bench.o common_options.o \
     probes_bake.o): $(BUILD)/used-revision
 
+$(RELEASED): released ;
+.PHONY: released
+released:
+	+@$(MAKE) config=release BUILD=build $(RELEASED)
+
 define COMPILE
-@mkdir -p $(@D)
 $(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
     -c -o $@ $<
 endef
@@ -332,8 +353,6 @@ $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
 $(BUILD)/obj/gen/%.o: $(BUILD)/gen/%.c
 	@mkdir -p $(@D)
 	$(CC) $(REQUIRED) $(WARN) $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
-VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \
-            $(BUILD)/obj/gen/shaders.o $(BUILD)/obj/src/view/ui.o
 $(BUILD)/obj/src/view/ui.o: src/view/ui.cpp
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Iinclude -Isrc -fPIC -fvisibility=hidden -MMD -MP \
@@ -348,8 +367,7 @@ TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
                        tests/kern.c tests/float_exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
-	@mkdir -p $(@D)
-	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
+	$(CC) $(SANITIZE) $(GOLD) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Judges, as the program does. The library serves them, too.
@@ -383,9 +401,8 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
                    src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
-	@mkdir -p $(@D)
-	$(LINK) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \
-	    $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
+	$(LINK) $(SANITIZE) $(GOLD) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) \
+	    $(VIEW_LIBS) $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Harnesses of libFuzzer.
 FUZZERS := $(patsubst tests/fuzz/%.c,$(BUILD)/fuzz/%, \

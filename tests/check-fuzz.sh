@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Seeds, finds of before and five seconds of random inputs for each harness of
+# Seeds, finds of before and three seconds of random inputs for each harness of
 # tests/fuzz, from the same seed: what `make fuzz` does for hours.
 . tests/lib.sh
 
@@ -9,7 +9,7 @@ programs=$(ls "$build"/fuzz/fuzz_* 2>/dev/null)
 for program in $programs; do
     harness=${program##*/fuzz_}
     picked "$harness" || continue
-    ok "$harness" env SEED=1 bash tests/fuzz/run.sh "$build" "${TIME:-5}" \
+    ok "$harness" env SEED=1 bash tests/fuzz/run.sh "$build" "${TIME:-3}" \
         "$harness"
 done
 end

@@ -31,18 +31,15 @@ awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
 
 # Every header compiles alone: its own .c begins with it, or it is tried here, and
 # the public ones in C++, too.
-exr=$(pkg-config --cflags OpenEXR)
-for h in $(files '\.h$' | grep -vE '^(tests/windows/|src/port/windows)'); do
+others=$(for h in $(files '\.h$' | grep -vE '^(tests/windows/|src/port/windows)'); do
     grep -m 1 '^#include "' "${h%.h}.c" 2>/dev/null |
-        grep -q "[\"/]${h##*/}\"" && continue
-    ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
-        $exr -mavx2 -mfma -fsyntax-only -x c "$h" ||
-        complain "$h: does not compile alone"
-done
-for h in include/ibl/*.h; do
-    ${CXX:-c++} -std=c++11 -Wall -Wextra -Iinclude -fsyntax-only -x c++ "$h" ||
-        complain "$h: not C++"
-done
+        grep -q "[\"/]${h##*/}\"" || echo "$h"
+done)
+${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests -mavx2 -mfma \
+    $(pkg-config --cflags OpenEXR) -fsyntax-only -x c $others ||
+    complain 'a header does not compile alone'
+${CXX:-c++} -std=c++11 -Wall -Wextra -Iinclude -fsyntax-only -x c++ \
+    include/ibl/*.h || complain 'a public header is not C++'
 
 # Shaders, as the viewer puts them together, are GLSL 3.30 to a stricter
 # compiler than Mesa's, program by program.

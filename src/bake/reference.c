@@ -678,17 +678,19 @@ static void add_patch(sum *s, const patch *p)
     const double phi = 0.5 * (p->phi[0] + p->phi[1]);
     const double ct = cos(theta), st = sin(theta), cp = cos(phi), sp = sin(phi);
     const double wide = turn * fmin(1, st + 0.5 * tall);
-    const double radius = 0.51 * hypot(tall, wide);
-    double l[3], down = tall, along = wide;
+    const double radius = 0.51 * sqrt(tall * tall + wide * wide);
+    double l[3], across[3][2], down = tall, along = wide;
 
     local(k, ct, st, cp, sp, l);
     if (fmax(tall, wide) < 1.5 && l[2] < -radius)
         return;
     if (k->kind >= SMITH) {
-        const double vh = 0.5 * hypot(hypot(l[0] + k->sv, l[1]), l[2] + k->nv);
-        const double *y = k->axis[1];
-        down *= fmin(1, hypot(vh, ct * (cp * y[0] + sp * y[2]) - st * y[1]));
-        along *= fmin(1, hypot(vh, cp * y[2] - sp * y[0]));
+        const double x = l[0] + k->sv, up = l[2] + k->nv, *y = k->axis[1];
+        const double vh2 = 0.25 * (x * x + l[1] * l[1] + up * up);
+        const double south = ct * (cp * y[0] + sp * y[2]) - st * y[1];
+        const double east = cp * y[2] - sp * y[0];
+        down *= sqrt(fmin(1, vh2 + south * south));
+        along *= sqrt(fmin(1, vh2 + east * east));
     }
     const double edge = fmax(down, along);
     const double reach = reach_at(k, l, radius, 0.03);
@@ -709,13 +711,17 @@ static void add_patch(sum *s, const patch *p)
         return;
     }
     const int n = edge < 0.4 * reach / k->step ? 2 : 3;
+    for (int b = 0; b < n; b++) {
+        across[b][0] = cos(p->phi[0] + turn * gauss[n].node[b]);
+        across[b][1] = sin(p->phi[0] + turn * gauss[n].node[b]);
+    }
     for (int a = 0; a < n; a++) {
         const double t = p->theta[0] + tall * gauss[n].node[a];
+        const double z = cos(t), r = sin(t);
         for (int b = 0; b < n; b++) {
-            const double at = p->phi[0] + turn * gauss[n].node[b];
             const double mass =
-                sin(t) * tall * turn * gauss[n].mass[a] * gauss[n].mass[b];
-            local(k, cos(t), sin(t), cos(at), sin(at), l);
+                r * tall * turn * gauss[n].mass[a] * gauss[n].mass[b];
+            local(k, z, r, across[b][0], across[b][1], l);
             add(s, l, p->rgb, mass, mass);
         }
     }
