@@ -143,8 +143,9 @@ ifeq ($(config),asan)
 TESTS := $(filter-out $(patsubst %,$(BUILD)/tests/check_%,axes brdf \
            disc_lights lobe_coefficients lut overflow point_lights \
            probe_parallax probes reference rendered sh transform truth view_ibl \
-           view_inspect view_probe_set view_probes view_room view_scene \
-           view_shade view_stage view_steady view_tone view_truth),$(TESTS))
+           view_controls view_inspect view_probe_set view_probes view_room \
+           view_scene view_set view_shade view_stage view_steady view_tone \
+           view_truth),$(TESTS))
 endif
 ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
@@ -155,9 +156,11 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) $(PLAIN_SRC:%.c=$(BUILD)/obj/%_plain.o) \
 VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \
             $(BUILD)/obj/gen/shaders.o $(BUILD)/obj/src/view/ui.o
 # Kernels and drawing know no threads: with ThreadSanitizer they are those of
-# the release.
-ifeq ($(config),tsan)
-RELEASED := $(filter $(BUILD)/obj/src/kern/% $(BUILD)/obj/src/view/%, \
+# the release. With AddressSanitizer one of two vector versions is.
+RELEASED_tsan := $(BUILD)/obj/src/kern/% $(BUILD)/obj/src/view/%
+RELEASED_asan := %_sse2.o
+ifneq ($(RELEASED_$(config)),)
+RELEASED := $(filter $(RELEASED_$(config)), \
               $(filter-out %/baked_set.o,$(LIB_OBJ) $(VIEW_OBJ)))
 LIB_OBJ := $(filter-out $(RELEASED),$(LIB_OBJ)) \
            $(patsubst $(BUILD)/%,build/%,$(filter $(RELEASED),$(LIB_OBJ)))

@@ -190,7 +190,7 @@ small_disk() { # COMMAND
     local pages status=1
     mkdir -p disk
     mount -t tmpfs -o size=1m none disk && cd disk || exit 1
-    for ((pages = 0; pages < 64 && status != 0; pages += 1 + pages)); do
+    for ((pages = 0; pages < 64 && status != 0; pages += 1 + 2 * pages)); do
         rm -rf -- *
         cp -a ../before/. .
         head -c $((1024 * $(df --output=avail . | tail -n 1) - 4096 * pages)) \

@@ -609,21 +609,22 @@ static void add_knot(const patch *p, double phi, double *at, int *count)
         at[(*count)++] = phi - 2 * pi * turns;
 }
 
-/* 3 x 3 points of theta, phi and solid angle for each part of a patch between
+/* 3 x 3 directions with their solid angles for each part of a patch between
  * its knots, where planes meet its parallels or each other. */
 static int cut(const patch *p, const double (*plane)[3], int planes,
-               double out[9 * KNOTS][3])
+               double out[9 * KNOTS][4])
 {
     const struct gauss *rule = &gauss[3];
     double at[KNOTS] = {p->phi[0], p->phi[1]};
     int knots = 2, count = 0;
 
     for (int n = 0; n < planes; n++) {
-        const double *z = plane[n], across = hypot(z[0], z[2]);
-        for (int m = 0; m < 4; m++) {
-            const double t = p->theta[m / 2];
-            const double away = acos(-z[1] * cos(t) / (sin(t) * across));
-            add_knot(p, atan2(z[2], z[0]) + (m % 2 ? away : -away), at, &knots);
+        const double *z = plane[n], middle = atan2(z[2], z[0]);
+        const double lean = z[1] / hypot(z[0], z[2]);
+        for (int m = 0; m < 2; m++) {
+            const double away = acos(-lean / tan(p->theta[m]));
+            add_knot(p, middle - away, at, &knots);
+            add_knot(p, middle + away, at, &knots);
         }
         for (int m = 0; m < n; m++) {
             double corner[3];
@@ -636,19 +637,23 @@ static int cut(const patch *p, const double (*plane)[3], int planes,
     for (int n = 0; n < 3 * (knots - 1); n++) {
         const double wide = at[n / 3 + 1] - at[n / 3];
         const double phi = at[n / 3] + wide * rule->node[n % 3];
+        const double cp = cos(phi), sp = sin(phi);
         double from = p->theta[0], to = p->theta[1];
         for (int m = 0; m < planes; m++) {
             const double *z = plane[m];
-            double top = atan2(z[0] * cos(phi) + z[2] * sin(phi), z[1]);
+            double top = atan2(z[0] * cp + z[2] * sp, z[1]);
             top += top < -0.5 * pi ? 2 * pi : 0;
             from = fmax(from, top - 0.5 * pi);
             to = fmin(to, top + 0.5 * pi);
         }
         for (int a = 0; a < 3 && wide > 0 && from < to; a++, count++) {
-            out[count][0] = from + (to - from) * rule->node[a];
-            out[count][1] = phi;
-            out[count][2] = sin(out[count][0]) * wide * (to - from) *
-                            rule->mass[a] * rule->mass[n % 3];
+            const double theta = from + (to - from) * rule->node[a];
+            const double st = sin(theta);
+            out[count][0] = st * cp;
+            out[count][1] = cos(theta);
+            out[count][2] = st * sp;
+            out[count][3] =
+                st * wide * (to - from) * rule->mass[a] * rule->mass[n % 3];
         }
     }
     return count;
@@ -657,13 +662,14 @@ static int cut(const patch *p, const double (*plane)[3], int planes,
 /* Adds what of a patch is above the horizon. */
 static void add_cut(sum *s, const patch *p)
 {
-    double at[9 * KNOTS][3], l[3];
-    const int count = cut(p, (const double(*)[3])s->kernel->axis[2], 1, at);
+    const double(*axis)[3] = s->kernel->axis;
+    double at[9 * KNOTS][4];
+    const int count = cut(p, axis + 2, 1, at);
 
     for (int n = 0; n < count; n++) {
-        local(s->kernel, cos(at[n][0]), sin(at[n][0]), cos(at[n][1]),
-              sin(at[n][1]), l);
-        add(s, l, p->rgb, at[n][2], at[n][2]);
+        const double l[3] = {dot3(axis[0], at[n]), dot3(axis[1], at[n]),
+                             dot3(axis[2], at[n])};
+        add(s, l, p->rgb, at[n][3], at[n][3]);
     }
 }
 
@@ -1422,7 +1428,7 @@ static void add_range(const struct texels *t, const double (*plane)[3],
         turn > 1 ? pi : 0.51 * hypot(tall, turn * (sin(middle) + 0.5 * tall));
     const double d[3] = {sin(middle) * cos(phi), cos(middle),
                          sin(middle) * sin(phi)};
-    double at[9 * KNOTS][3], rgb[3];
+    double at[9 * KNOTS][4], rgb[3];
 
     if (tall <= 0)
         return;
@@ -1442,7 +1448,7 @@ static void add_range(const struct texels *t, const double (*plane)[3],
     pixel_value(t, j[0], i[0], rgb);
     for (int n = cut(&p, plane, planes, at); n-- > 0;)
         for (int c = 0; c < 4; c++)
-            all[c] += at[n][2] * (c < 3 ? rgb[c] : 1);
+            all[c] += at[n][3] * (c < 3 ? rgb[c] : 1);
 }
 
 static void texel_job(void *arg, int at, int worker)
