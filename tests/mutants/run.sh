@@ -98,7 +98,7 @@ sees() {
     case $name in
     any)
         make -s -j"$(nproc)" DEPS=no all tests >/dev/null 2>&1 || return 2
-        ! STOP=1 timeout 900 bash tests/run.sh --quick build >/dev/null 2>&1
+        ! STOP=1 timeout 300 bash tests/run.sh --quick build >/dev/null 2>&1
         ;;
     *.sh)
         [ "$name" != check-fuzz.sh ] || what='config=asan fuzzers'
@@ -113,7 +113,7 @@ sees() {
         make -s -j"$(nproc)" DEPS=no $bridge "build/tests/$name" \
             >/dev/null 2>&1 || return 2
         # shellcheck disable=SC2086
-        ! timeout 600 "build/tests/$name" $only >/dev/null 2>&1
+        ! timeout 120 "build/tests/$name" $only >/dev/null 2>&1
         ;;
     esac
 }
