@@ -219,10 +219,9 @@ $(BUILD)/obj/src/scene/gltf_packed.o: LOCAL = $(CLI_CFLAGS) \
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and
-# change with it alone. The first comes before all that is compiled, and makes
-# the folders.
-FOLDERS := tests fuzz $(addprefix obj/,$(sort $(dir $(wildcard \
-             src/*/*.c src/*/*/*.c tests/*.c tests/*/*.c))))
+# change with it alone. They come before what is compiled, and make its folders.
+FOLDERS := $(addprefix $(BUILD)/,tests fuzz $(addprefix obj/,$(sort $(dir \
+             $(wildcard src/*/*.c src/*/*/*.c tests/*.c tests/*/*.c)))))
 $(BUILD)/used-cc: export USED = $(CC) $(REQUIRED) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
 $(BUILD)/used-revision: export USED = $(REVISION)
@@ -230,7 +229,7 @@ $(BUILD)/used-deflate: export USED = $(DEFLATE)
 $(BUILD)/used-scene: export USED = $(SCENE_HAS)
 $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
     $(BUILD)/used-deflate $(BUILD)/used-scene: FORCE
-	@mkdir -p $(if $(findstring -cc,$@),$(addprefix $(BUILD)/,$(FOLDERS)),$(@D))
+	@mkdir -p $(FOLDERS)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o $(BUILD)/obj/src/scene/gltf_packed.o: \
     $(BUILD)/used-libdir

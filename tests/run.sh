@@ -80,9 +80,9 @@ declare -A only=(
     [asan: tests/check-cli.sh]='malformed|interrupt'
     [asan/tests/check_blocks]='alike_beyond_calls errors'
     [asan/tests/check_environment]='failures pieces rows_and_threads'
+    [asan/tests/check_hdr]='damaged headers long_header'
     [asan/tests/check_inputs]='alpha_and_mending all_forms_are_one_map dds_cubes envmap_cubes
         files_that_users_met names_of_faces orientations wrong_orders'
-    [asan/tests/check_hdr]='damaged headers long_header'
     [asan/tests/check_levels]='seams threads'
     [asan/tests/check_read]='damaged kinds mending'
     [asan/tests/check_set]='probes what_is_refused what_others_mean wrong_keys'
