@@ -26,11 +26,11 @@ OPT_release := -O2 -g1 -DNDEBUG
 OPT_debug := -O0 -g
 # Undefined behaviour traps: the texts that would describe it are 5 MB of a
 # program, which each start relocates and each search for leaks reads.
-OPT_asan := -O1 -g1 -fsanitize=address,undefined,float-cast-overflow \
+OPT_asan := -O0 -g1 -fsanitize=address,undefined,float-cast-overflow \
             -fsanitize=fuzzer-no-link -fsanitize-undefined-trap-on-error \
             -fno-omit-frame-pointer
 OPT_cov := -O1 -g1 --coverage -fprofile-update=atomic
-OPT_tsan := -O1 -g1 -fsanitize=thread
+OPT_tsan := -O0 -g1 -fsanitize=thread
 # The second compiler, whose libFuzzer shares the objects.
 ifeq ($(config),asan)
 CC := clang
@@ -195,14 +195,16 @@ deps-named:
 deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
-# Options of what a bake takes its time in, where the rest is built small.
-HOT ?=
+# Options of what a bake takes its time in, where the rest is built small, or soon.
+HOT_asan := -O1
+HOT_tsan := -O1
+HOT ?= $(HOT_$(config))
 ISA = $(if $(filter src/core/% src/image/% src/kern/% src/bake/% src/brdf/% \
-           src/io/rgbe.c src/io/texture.c src/io/exr.c,$<),$(HOT))
+           src/io/rgbe.c src/io/texture.c src/io/exr.c src/scene/survey.c,$<),$(HOT))
 %_plain.o: ISA = -DIBL_PLAIN $(HOT)
-%_sse2.o: ISA := -DIBL_SUFFIX=_sse2
-%_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
-%_neon.o: ISA := -DIBL_SUFFIX=_neon
+%_sse2.o: ISA := -DIBL_SUFFIX=_sse2 $(HOT)
+%_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c $(HOT)
+%_neon.o: ISA := -DIBL_SUFFIX=_neon $(HOT)
 $(BUILD)/obj/src/io/exr.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/zstd_frames.o: LOCAL = $(ZSTD_CFLAGS)
 $(addprefix $(BUILD)/obj/src/,json/%.o io/probe_index.o \

@@ -837,7 +837,6 @@ const got = [of('specular').width, of('specular').levels.length,
 equal('sizes', got, '40,3,rgba32f,5,17,9');
 END
     [ $sanitized = no ] || return 0
-    "$@" --dry-run | cmp - table
     iblbake env.exr --rendered-error .3 -o out >table
     iblbake env.exr --rendered-error .0001 -o near >table
     # The least error is no more than the default's, whose bytes are all there are.
@@ -944,9 +943,9 @@ END
 # which options name.
 test_fewest() {
     make_scene matte '[{"pbrMetallicRoughness": {"metallicFactor": 0}}]'
-    set -- iblbake "$OLDPWD/data/forest.exr" --rendered-error .2 --dry-run
+    set -- iblbake env.exr --rendered-error .02 --dry-run
     "$@" >chosen 2>err || is 0 $? "$(cat err): status"
-    "$@" --size 80 --levels 4 --pixel rgb9e5 --lut-size 8 --lobe-table-size 8 \
+    "$@" --size 8 --levels 2 --pixel rgb9e5 --lut-size 8 --lobe-table-size 4 \
         >there 2>err || is 0 $? "$(cat err): status"
     cat there chosen | awk '/^bytes/ { bytes[n++] = $4 }
         /cannot be reached/ || /^bytes/ && $4 == 0
@@ -955,12 +954,12 @@ test_fewest() {
     # The error is that of the set as it is told, with the levels of a mapping.
     value() { sed -n "s/^\(chosen\)\? *$1 *\([^ ]*\) .*/\2/p" chosen; }
     set -- iblbake env.exr --scene matte.gltf --rendered-error .006 \
-        --mapping linear --levels 3 --dry-run
-    "$@" >chosen 2>err
-    "$@" --size "$(value size)" --pixel "$(value texels)" \
+        --mapping linear --levels 3
+    "$@" --dry-run >chosen 2>err
+    "$@" -o there --size "$(value size)" --pixel "$(value texels)" \
         --lut-size "$(value 'BRDF table')" \
-        --lobe-table-size "$(value 'lobe table')" 2>err >there
-    cat there chosen | awk '/^rendered/ { is[n++] = $3 }
+        --lobe-table-size "$(value 'lobe table')" 2>err >told
+    cat told chosen | awk '/^rendered/ { is[n++] = $3 }
         END { if (n != 2 || is[0] != is[1]) print n, is[0], is[1] }'
 }
 

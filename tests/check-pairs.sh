@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Pairs of options by pairs/pairs.mjs: a third of what is listed as misuse, with a
-# sanitizer rows for ten seconds, or `check-pairs.sh all` of them, and whether
+# sanitizer rows for eight seconds, or `check-pairs.sh all` of them, and whether
 # each changes something by itself. SEED picks the sample (1), BUILD the build; a
 # sanitized one judges crashes and refusals alone.
 set -u
@@ -14,6 +14,6 @@ how=(--light --list)
 [ "${1:-}" != all ] || how=(--alone)
 if grep -q __asan_init "$build/iblbake"; then
     how=(--light)
-    [ "${1:-}" = all ] || how+=(--seconds 10 --seed "${SEED:-1}")
+    [ "${1:-}" = all ] || how+=(--seconds 8 --seed "${SEED:-1}")
 fi
 node tests/pairs/pairs.mjs "$build" "${how[@]}"

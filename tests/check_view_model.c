@@ -542,5 +542,6 @@ TEST(errors_by_material)
     NEED(errors && count == 2);
     test_defer(free, errors);
     CHECK(errors[0].pixels > errors[1].pixels && errors[1].pixels > 50);
+    CHECK(errors[2].pixels == errors[0].pixels + errors[1].pixels);
     CHECK(view_error_rmse(errors[0]) < 1e-6);
 }

@@ -167,7 +167,7 @@ show() { # NUMBER
 # STOP=1 looks no further after a test that failed.
 next=0 active=0 shown=0
 while ((next < ${#tests[@]} || active > 0)); do
-    [ -z "${STOP:-}" ] || ((failed == 0)) || stop TERM
+    [ -z "${STOP:-}" ] || ! grep -qsvx 0 "$work"/*.status || stop TERM
     if ((next < ${#tests[@]} && active < slots)); then
         start $((next++))
         active=$((active + 1))

@@ -543,6 +543,7 @@ static void search_all(search *s, ibl_choice *c)
     c->bytes = ibl_candidate_bytes(&o);
     c->error = m.value[IBL_FIGURE_NRMSE];
     c->standard_error = m.error[IBL_FIGURE_NRMSE];
+    c->reached |= c->error <= c->asked;
     tell_found(s, &best, &o, c);
     if (!c->reached)
         tell_limit(s, &fine, fmin(least, c->error), c);

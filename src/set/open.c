@@ -678,7 +678,6 @@ double ibl_set_lod(const ibl_set_facts *facts, double roughness)
                                   .lod_offset = facts->lod_offset};
     int l = 0;
 
-    memcpy(layout.roughness, r, sizeof layout.roughness);
     if (facts->lod_scale > 0)
         return ibl_lod_of_roughness(&layout, roughness);
     while (l + 2 < facts->levels && roughness > r[l + 1])

@@ -71,18 +71,14 @@ mutated() {
 
 # Checks that the mutant's lines and the tests that it names exist.
 look() {
-    local t text once
-    text=$(cat "$file" 2>/dev/null)$'\n'
-    once=${text/"$old"/+}
-    [ "$old" != "$new" ] && [ "$once" != "$text" ] &&
-        [[ $once != *"$old"* ]] || mistake 'NOT FOUND'
+    local t
+    mutated >/dev/null || mistake 'NOT FOUND'
     for t in $tests; do
         case $t in
         any) ;;
         *.sh) [ -f "tests/$t" ] ;;
         *.sh:*)
-            { cat "tests/${t%%:*}" tests/cli/*.case; ls tests/cli tests/fuzz; } |
-                grep -E -- "${t#*:}" >/dev/null
+            grep -qE -- "${t#*:}" "tests/${t%%:*}" "$work/names" tests/cli/*.case
             ;;
         *:*) grep -qw -- "${t#*:}" "tests/${t%%:*}.c" 2>/dev/null ;;
         *) [ -f "tests/$t.c" ] ;;
@@ -157,6 +153,7 @@ flush() {
     note='' file='' old='' new='' tests='' reason=''
 }
 
+ls tests/cli tests/fuzz >"$work/names"
 [ $each = look ] || prepare
 for table in "${tables[@]}"; do
     while IFS= read -r line; do

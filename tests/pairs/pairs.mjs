@@ -550,6 +550,9 @@ async function pairs(name, cmd, refused) {
             left.add(key(i, k));
     }));
     const order = shuffled([...left]), all = left.size;
+    // What measures takes a sanitizer half a minute.
+    const slow = i => flags.seconds &&
+        /^scene|rendered-error/.test(`${items[i].option} ${items[i].value}`);
     const met = (list, set) => list.forEach(i => list.forEach(k =>
         i < k && set(key(i, k))));
     function* make() {
@@ -557,8 +560,8 @@ async function pairs(name, cmd, refused) {
             const pair = order.pop();
             if (!left.has(pair)) continue;
             const list = [Math.floor(pair / items.length), pair % items.length];
-            if (refused.has(list)) continue;
-            const open = i => !list.some(k => items[k].option ===
+            if (list.some(slow) || refused.has(list)) continue;
+            const open = i => !slow(i) && !list.some(k => items[k].option ===
                 items[i].option) && !refused.has([...list, i]);
             // What keeps it small, most often; then what is new.
             for (const i of random(8) ? shuffled(usual) : [])
