@@ -37,7 +37,7 @@ function waysOf(line)
             add(at, from.length, to);
     for (const m of line.matchAll(/(?<![\w.%])(\d+)(\.\d+)?(?![\w.])/g))
         if (line[m.index + m[0].length] !== ']' || !/[,)]$/.test(line))
-            add(m.index, m[0].length, m[2] ? `${m[0]}1` : String(+m[1] + 1));
+            add(m.index, m[0].length, m[2] ? `${m[0]} * 2` : String(+m[1] + 1));
     const condition = line.match(/^(\s*(?:if|while) \()(.*)(\)(?: \{)?)$/);
     if (condition && !/=(?!=)/.test(condition[2].replace(/[<>!=]=/g, '')))
         ways.push(`${condition[1]}!(${condition[2]})${condition[3]}`);
@@ -68,18 +68,27 @@ function linesOf(file)
 }
 
 // The tests that the tables name for other bugs of a file, or of its folder: they
-// see most of what any test sees, and sooner.
+// see most of what any test sees, and sooner. Then all quick tests, and the script
+// with the longest name of words of the file's path.
 const rows = readdirSync('tests/mutants').filter(f => f.endsWith('.txt'))
     .flatMap(f => readFileSync(`tests/mutants/${f}`, 'utf8').split(/\n\n+/))
     .map(row => ({file: row.match(/^[\w/.-]+\.\w+$/m)?.[0] ?? '',
                   tests: row.match(/(?<=^= ).*/m)?.[0].split(' ') ?? []}));
+const scripts = readdirSync('tests').flatMap(f => f.match(/^check-(.*)\.sh$/)?.[1] ?? [])
+    .sort((a, b) => a.length - b.length);
 function testsOf(file)
 {
     const folder = file.replace(/[^/]*$/, '');
     const of = rows.filter(r => r.file === file);
+    const named = of.flatMap(r => r.tests);
     const tests = (of.length ? of : rows.filter(r => r.file.startsWith(folder)))
         .flatMap(r => r.tests).filter(t => t.startsWith('check_'));
-    return [...new Set(tests.map(t => t.replace(/:.*/, '')))].slice(0, 4);
+    const words = file.split(/\W|_/);
+    const script = scripts.filter(name =>
+        name.split('-').every(word => words.includes(word))).slice(-1);
+    return [...new Set(tests.map(t => t.replace(/:.*/, '')))].slice(0, 4).concat(
+        [...new Set(named.filter(t => t.startsWith('check-')))], 'any',
+        script.map(name => `check-${name}.sh`));
 }
 
 const all = execFileSync('git', ['ls-files', 'src'], {encoding: 'utf8'})
@@ -104,5 +113,6 @@ for (let n = 0; n < 1.3 * count;) {
     const before = lines.slice(first, i);
     console.log([`# line ${i + 1}`, file,
         ...[...before, lines[i]].map(l => `-${l}`),
-        ...[...before, way].map(l => `+${l}`), `= ${[...testsOf(file), 'any'].join(' ')}`, ''].join('\n'));
+        ...[...before, way].map(l => `+${l}`),
+        `= ${testsOf(file).join(' ')}`, ''].join('\n'));
 }
