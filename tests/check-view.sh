@@ -86,6 +86,19 @@ test_models() {
     same a.png again.png
     same c.png "$work/first.png"
     differ a.png b.png
+    # An image of one red texel is a red factor.
+    make_scene t '[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]'
+    js <<'END'
+const t = json('t.gltf');
+t.accessors.push({...t.accessors[0], type: 'VEC2'});
+t.meshes[0].primitives[0].attributes.TEXCOORD_0 = 1;
+t.textures = [{source: 0}];
+t.images = [{uri: 'data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAA' +
+    'AADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC'}];
+fs.writeFileSync('t.gltf', shown(t));
+END
+    draw t.png "$work/ktx2" --model t.gltf
+    same b.png t.png
     iblview "$work/ktx2" --model b.gltf --offscreen d.png $small \
         --compare split --samples 16 >said
     has '^ *[1-9][0-9]*  *0\.[0-9]* (all)$' said

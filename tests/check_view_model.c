@@ -441,7 +441,7 @@ TEST(ground)
         set->set.baked.light[0] =
             (ibl_light){.radius = 0.01, .irradiance = {M_PI, M_PI, M_PI}};
         view_turn(on.settings.turn, to, set->set.baked.light[0].direction);
-        const float *rgb = draw_of(shade_ball());
+        const float *rgb = draw_of(shade_ball(1));
         for (int i = 0; i < EDGE * EDGE; i++) {
             double d[3], p[3], off[3], near[3];
             view_test_ray(&c, EDGE, EDGE, i % EDGE, i / EDGE, d);
@@ -514,7 +514,7 @@ TEST(ball)
         s.mode = VIEW_SPHERES;
         s.rows = s.columns = 1;
         s.distance *= 0.45;
-        const float *mesh = draw_of(shade_ball());
+        const float *mesh = draw_of(shade_ball(1));
         const float *traced = shade_draw(&shade_sets[0].set, &s);
         for (int i = 0; i < 3 * EDGE * EDGE; i++) {
             sum += fabs(mesh[i] - (double)traced[i]);

@@ -180,7 +180,7 @@ float *shade_draw(const baked_set *set, const view_settings *s)
     return shade_read(0);
 }
 
-view_model *shade_ball(void)
+view_model *shade_ball(double height)
 {
     enum {
         ROWS = 48,
@@ -200,13 +200,13 @@ view_model *shade_ball(void)
                        .primitive_count = 1,
                        .material_count = 1,
                        .draw_count = 1,
-                       .bounds = {{-1, -1, -1}, {1, 1, 1}}};
+                       .bounds = {{-1, -height, -1}, {1, height, 1}}};
 
     for (uint32_t i = 0; i < primitive.vertex_count; i++) {
         const double theta = M_PI * (i / ACROSS) / ROWS;
         const double phi = M_PI * (i % ACROSS) / ROWS;
         position[i][0] = (float)(sin(theta) * sin(phi));
-        position[i][1] = (float)cos(theta);
+        position[i][1] = (float)(height * cos(theta));
         position[i][2] = (float)(sin(theta) * cos(phi));
         for (int k = 0; k < 6 && i / ACROSS < ROWS && i % ACROSS + 1 < ACROSS;
              k++)
