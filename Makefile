@@ -44,10 +44,12 @@ CFLAGS ?= $(OPT_$(config))
 CXXFLAGS ?= $(OPT_$(config))
 SANITIZE := $(filter -fsanitize=% --coverage,$(OPT_$(config)))
 LINK = $(CXX)
-# gold takes half as long as bfd, which counts for a hundred programs.
-GOLD := $(if $(shell command -v ld.gold),-fuse-ld=gold)
+# These take half as long as bfd, which counts for a hundred programs; of clang's
+# list of symbols gold would warn without end.
+FAST_LD := $(if $(filter asan,$(config)),lld,gold)
+LINKER := $(if $(shell command -v ld.$(FAST_LD)),-fuse-ld=$(FAST_LD))
 ifneq ($(filter -fsanitize=%,$(SANITIZE)),)
-SANITIZE += $(GOLD)
+SANITIZE += $(LINKER)
 endif
 # Programs that load C++: the sanitizer looks for its exceptions at the start, and
 # must leave memory to the operators of the bridge of models.
@@ -224,7 +226,7 @@ $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 # change with it alone. They come before what is compiled, and make its folders.
 FOLDERS := $(addprefix $(BUILD)/,tests fuzz $(addprefix obj/,$(sort $(dir \
              $(wildcard src/*/*.c src/*/*/*.c tests/*.c tests/*/*.c)))))
-$(BUILD)/used-cc: export USED = $(CC) $(REQUIRED) $(CPPFLAGS) $(CFLAGS)
+$(BUILD)/used-cc: export USED = $(CC) $(subst $(CURDIR),,$(REQUIRED)) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
 $(BUILD)/used-revision: export USED = $(REVISION)
 $(BUILD)/used-deflate: export USED = $(DEFLATE)
@@ -371,7 +373,7 @@ TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
                        tests/kern.c tests/float_exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
-	$(CC) $(SANITIZE) $(GOLD) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
+	$(CC) $(SANITIZE) $(LINKER) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(IO_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Judges, as the program does. The library serves them, too.
@@ -405,7 +407,7 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/sets.c \
                    src/cli/lookup.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
-	$(LINK) $(SANITIZE) $(GOLD) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) \
+	$(LINK) $(SANITIZE) $(LINKER) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) \
 	    $(VIEW_LIBS) $(IO_LIBS) $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 # Harnesses of libFuzzer.

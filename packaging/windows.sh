@@ -19,7 +19,7 @@ echo '1 24 "packaging/windows.manifest"' | $machine-windres -o "$build/manifest.
 # unless the assembler takes others. Threads get the stack that POSIX's have.
 run_make() {
     make -s -j"$(nproc)" DEPS=no BUILD="$build" PORT=windows CC=$CC AR=$AR \
-        DEFLATE=libdeflate GOLD= IO_LIBS="$deps/libdeps.a" BIN="$build/iblbake.exe" \
+        DEFLATE=libdeflate LINKER= IO_LIBS="$deps/libdeps.a" BIN="$build/iblbake.exe" \
         CPPFLAGS="-I$deps/include -D__USE_MINGW_ANSI_STDIO=1 \
             -D__USE_MINGW_ACCESS -D_FILE_OFFSET_BITS=64 \
             -D_POSIX_THREAD_SAFE_FUNCTIONS \

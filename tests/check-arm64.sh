@@ -55,7 +55,7 @@ compile() { # TARGET...
     PKG_CONFIG_SYSROOT_DIR=$sysroot \
         PKG_CONFIG_LIBDIR=$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig \
         make -s "-j$(nproc)" DEPS=no BUILD="$arm" CFLAGS='-O2 -DNDEBUG' \
-        CPPFLAGS=-DTEST_SANITIZED=1 WERROR=-Werror GOLD= \
+        CPPFLAGS=-DTEST_SANITIZED=1 WERROR=-Werror LINKER= \
         CC="aarch64-linux-gnu-gcc --sysroot=$sysroot" "$@" >&2 ||
         { verdict build 'it does not compile'; end; exit 1; }
 }

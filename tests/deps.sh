@@ -42,6 +42,7 @@ esac
 check="$build"'
 clang:second_compiler
 libclang-rt-dev:sanitizers_of_clang
+lld:links_what_it_compiles
 clang-format:make_lint
 mandoc:make_lint
 cmake:tests_the_CMake_example

@@ -18,8 +18,9 @@ function below(n)
     return (state >>> 0) % n;
 }
 
+// Relations turn: what only the bound itself would tell from another is often none.
 const operators = {
-    ' < ': ' <= ', ' <= ': ' < ', ' > ': ' >= ', ' >= ': ' > ',
+    ' < ': ' >= ', ' <= ': ' > ', ' > ': ' <= ', ' >= ': ' < ',
     ' == ': ' != ', ' != ': ' == ', ' && ': ' || ', ' || ': ' && ',
     ' + ': ' - ', ' - ': ' + ', ' * ': ' / ', ' / ': ' * ',
     ' += ': ' -= ', ' -= ': ' += ', '++': '--', '--': '++',
@@ -58,7 +59,7 @@ function linesOf(file)
         comment = line.lastIndexOf('/*') > line.lastIndexOf('*/') ||
             (comment && !line.includes('*/'));
         macro = line.endsWith('\\');
-        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|"/
+        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"/
                 .test(line))
             return;
         if (waysOf(line).length)
@@ -68,8 +69,8 @@ function linesOf(file)
 }
 
 // The tests that the tables name for other bugs of a file, or of its folder: they
-// see most of what any test sees, and sooner. Then all quick tests, and the script
-// with the longest name of words of the file's path.
+// see most of what any test sees, and sooner. Then all quick tests, the script with
+// the longest name of words of the file's path, and the first ones with a sanitizer.
 const rows = readdirSync('tests/mutants').filter(f => f.endsWith('.txt'))
     .flatMap(f => readFileSync(`tests/mutants/${f}`, 'utf8').split(/\n\n+/))
     .map(row => ({file: row.match(/^[\w/.-]+\.\w+$/m)?.[0] ?? '',
@@ -81,14 +82,16 @@ function testsOf(file)
     const folder = file.replace(/[^/]*$/, '');
     const of = rows.filter(r => r.file === file);
     const named = of.flatMap(r => r.tests);
-    const tests = (of.length ? of : rows.filter(r => r.file.startsWith(folder)))
-        .flatMap(r => r.tests).filter(t => t.startsWith('check_'));
+    const tests = [...new Set((of.length ? of : rows.filter(r =>
+        r.file.startsWith(folder))).flatMap(r => r.tests)
+        .filter(t => t.startsWith('check_')).map(t => t.replace(/:.*/, '')))];
     const words = file.split(/\W|_/);
     const script = scripts.filter(name =>
         name.split('-').every(word => words.includes(word))).slice(-1);
-    return [...new Set(tests.map(t => t.replace(/:.*/, '')))].slice(0, 4).concat(
+    return tests.slice(0, 4).concat(
         [...new Set(named.filter(t => t.startsWith('check-')))], 'any',
-        script.map(name => `check-${name}.sh`));
+        script.map(name => `check-${name}.sh`),
+        tests.slice(0, 2).map(t => `asan/${t}`));
 }
 
 const all = execFileSync('git', ['ls-files', 'src'], {encoding: 'utf8'})

@@ -44,7 +44,7 @@ prepare() {
     mkdir "$copy/build"
     for part in build/*; do
         case $part in
-        build/asan | build/clang | build/cov | build/tsan | 'build/*') ;;
+        build/cov | build/tsan | 'build/*') ;;
         *) cp -a "$part" "$copy/build" ;;
         esac
     done
@@ -88,7 +88,7 @@ look() {
 
 # A test that fails or does not end sees the mutant.
 sees() {
-    local name=${1%%:*} only='' what=all bridge=
+    local name=${1%%:*} only='' what=all bridge= program
     [ "$1" = "$name" ] || only=${1#*:}
     [[ $file != src/io/bridge/* ]] || bridge='bridge exr-bridge scene-bridge'
     case $name in
@@ -105,11 +105,13 @@ sees() {
             >/dev/null 2>&1
         ;;
     *)
+        program=build/tests/$name what=config=release
+        [[ $name != asan/* ]] || program=build/asan/tests/${name#*/} what=config=asan
         # shellcheck disable=SC2086
-        make -s -j"$(nproc)" DEPS=no $bridge "build/tests/$name" \
+        make -s -j"$(nproc)" DEPS=no $what $bridge "$program" \
             >/dev/null 2>&1 || return 2
         # shellcheck disable=SC2086
-        ! timeout 120 "build/tests/$name" $only >/dev/null 2>&1
+        ! timeout 120 "$program" $only >/dev/null 2>&1
         ;;
     esac
 }
