@@ -176,6 +176,20 @@ TEST(lies)
           test_said(&kept, "a b%_0_pz.png"));
 }
 
+/* Three channels are a picture in sRGB, as the chunk after the header says; four
+ * are numbers. */
+TEST(spaces_of_pictures)
+{
+    const unsigned char dot[4] = {1, 2, 3, 255};
+    ibl_blob png;
+
+    for (int channels = 3; channels <= 4; channels++) {
+        NEED(ibl_png_encode(dot, channels, 1, 1, NULL, &png));
+        CHECK(!memcmp(png.bytes + 37, "sRGB", 4) == (channels == 3));
+        ibl_blob_free(&png);
+    }
+}
+
 /* An image that is cut short; a header of the largest cube, whose images are of
  * one texel, is refused before memory is taken. */
 TEST(bomb)
