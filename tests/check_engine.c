@@ -12,11 +12,13 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "engine/harmonics.h"
 #include "engine/rgbd.h"
 #include "engine/set.h"
 #include "files.h"
 #include "test.h"
 #include "textures.h"
+#include "truth.h"
 
 enum {
     SIZE = 8,
@@ -176,8 +178,30 @@ TEST(lies)
           test_said(&kept, "a b%_0_pz.png"));
 }
 
-/* Three channels are a picture in sRGB, as the chunk after the header says; four
- * are numbers. */
+/* Of each harmonic the least over directions every three degrees. */
+TEST(least_of_harmonics)
+{
+    static const double cosine[] = {1, 2.0 / 3, 1.0 / 4};
+
+    for (int k = 0; k < 9; k++) {
+        const int l = (k > 0) + (k > 3);
+        double sh[27] = {0}, least[3], want = 1;
+        sh[3 * k + k % 3] = 1;
+        for (int i = 0; i < 60 * 120; i++) {
+            const double theta = M_PI * (i / 120) / 60,
+                         phi = M_PI * (i % 120) / 60;
+            const double d[] = {sin(theta) * cos(phi), cos(theta),
+                                sin(theta) * sin(phi)};
+            want = fmin(want, cosine[l] * truth_sh(l, k - l * (l + 1), d));
+        }
+        ibl_sh_least(sh, least);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR(least[c], c == k % 3 ? want : 0, 0.01);
+    }
+}
+
+/* Three channels are a picture in sRGB, as the chunk after the header says;
+ * four are numbers. */
 TEST(spaces_of_pictures)
 {
     const unsigned char dot[4] = {1, 2, 3, 255};

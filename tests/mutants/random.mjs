@@ -48,7 +48,7 @@ function waysOf(line)
     return ways;
 }
 
-// Lines of code, without comments, text and what declares.
+// Lines of code, without comments, text and what declares, as larger arrays.
 function linesOf(file)
 {
     const lines = readFileSync(file, 'utf8').split('\n');
@@ -59,7 +59,7 @@ function linesOf(file)
         comment = line.lastIndexOf('/*') > line.lastIndexOf('*/') ||
             (comment && !line.includes('*/'));
         macro = line.endsWith('\\');
-        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"/
+        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"|^\s+(?!return)[\w ]+[ *]\w+\[[^=]*;$/
                 .test(line))
             return;
         if (waysOf(line).length)
