@@ -98,10 +98,9 @@ static void strips_fill(const ibl_wedge *w, int columns, double before,
             to = IBL_PI / 4;
         const bool ends_pixel = pixel_end <= to + same;
         const bool ends_column = column_end <= to + same;
-        const bool begins_pixel = fabs(at - (pixel - before) * step) <= same;
         if (to > at + same) {
             ibl_wedge_strip *new = &s->strip[s->count++];
-            new->width = begins_pixel &&ends_pixel ? step : to - at;
+            new->width = to - at;
             new->pixel = pixel;
             new->column = column;
             set_border(s, to);
