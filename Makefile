@@ -197,7 +197,8 @@ deps-named:
 deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
-# Options of what a bake takes its time in, where the rest is built small, or soon.
+# Options of what a bake takes its time in, where the rest is built small, or, with
+# sanitizers, compiled quickly.
 HOT_asan := -O1
 HOT_tsan := -O1
 HOT ?= $(HOT_$(config))

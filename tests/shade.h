@@ -45,8 +45,8 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
 bool shade_frame(const view_settings side[2]);
 float *shade_read(int side);
 float *shade_draw(const baked_set *set, const view_settings *s);
-/* A sphere of radius 1 around the origin, of glTF's default material, with that
- * share of its height. */
+/* A sphere of radius 1 around the origin, of glTF's default material, whose
+ * height is scaled. */
 view_model *shade_ball(double height);
 /* Index in view_materials; exits if there is none of that name. */
 int shade_material(const char *name);

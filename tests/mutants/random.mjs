@@ -18,7 +18,7 @@ function below(n)
     return (state >>> 0) % n;
 }
 
-// Relations turn: what only the bound itself would tell from another is often none.
+// Relations are negated: a bound that moves by one often changes nothing.
 const operators = {
     ' < ': ' >= ', ' <= ': ' > ', ' > ': ' <= ', ' >= ': ' < ',
     ' == ': ' != ', ' != ': ' == ', ' && ': ' || ', ' || ': ' && ',
@@ -48,7 +48,8 @@ function waysOf(line)
     return ways;
 }
 
-// Lines of code, without comments, text and what declares, as larger arrays.
+// Lines of code, without comments, text, attributes, declarations of constants and
+// of arrays.
 function linesOf(file)
 {
     const lines = readFileSync(file, 'utf8').split('\n');
@@ -59,8 +60,9 @@ function linesOf(file)
         comment = line.lastIndexOf('/*') > line.lastIndexOf('*/') ||
             (comment && !line.includes('*/'));
         macro = line.endsWith('\\');
-        if (inside || comment || /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"|^\s+(?!return)[\w ]+[ *]\w+\[[^=]*;$/
-                .test(line))
+        if (inside || comment ||
+            /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"/.test(line) ||
+            /^\s+(?!return)[\w ]+[ *]\w+\[[^=]*;$/.test(line))
             return;
         if (waysOf(line).length)
             found.push({file, lines, i});

@@ -4,8 +4,9 @@
 # time, and reports which changes the tests see. Takes an hour or more. --check
 # builds and runs nothing: it checks that each mutant's lines and tests exist.
 # run.sh --random SEED COUNT: the same with COUNT lines that are chosen at random,
-# by all quick tests; prints those that no test sees, and fails if more than 15 %
-# are. Takes minutes for each that survives.
+# by the tests of its file, all quick ones and the first with a sanitizer; prints
+# those that no test sees, and fails if more than 15 % are. Takes minutes for each
+# that survives.
 #
 # A table, tests/mutants/*.txt, is a list of mutants with empty lines between:
 #   # NOTE       what breaks, for the reader

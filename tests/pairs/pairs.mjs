@@ -550,7 +550,7 @@ async function pairs(name, cmd, refused) {
             left.add(key(i, k));
     }));
     const order = shuffled([...left]), all = left.size;
-    // What measures takes a sanitizer half a minute.
+    // Options that measure errors take half a minute with a sanitizer.
     const slow = i => flags.seconds &&
         /^scene|rendered-error/.test(`${items[i].option} ${items[i].value}`);
     const met = (list, set) => list.forEach(i => list.forEach(k =>
