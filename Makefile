@@ -556,8 +556,8 @@ bench:
 	bash tests/bench-spectral.sh $(BUILD)
 	bash tests/bench-peers.sh $(BUILD)
 
-## mutants: break the program in 170 ways, and 200 lines at random by SEED; which
-## do the tests see? (hours)
+## mutants: break the program in 161 ways, and 200 lines at random by SEED; which
+## do the tests see? (three hours)
 SEED ?= 1
 mutants:
 	@DEPS=$(DEPS) sh tests/deps.sh check

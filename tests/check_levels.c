@@ -2,8 +2,8 @@
 /*
  * Levels and irradiance: laws that hold for every map and every way to bake it.
  * The tables below have the maps, hard ones by name, and the bakes; each test
- * is a law. A law takes each map with some of the bakes and each bake with some
- * of the maps, pairs in turn, so that all laws together see most pairs.
+ * is a law. A law takes each map with one of the bakes, which are dealt in
+ * turn, so that no two laws take the same pair.
  *
  *     IBL_TEST_PAIR='stars, sheen' build/tests/check_levels reference
  *
@@ -229,7 +229,7 @@ enum {
 };
 
 enum {
-    SLOTS = TEST_RACES ? 160 : TEST_SANITIZED ? 96 : 24 /* of pairs */
+    SLOTS = TEST_RACES ? 160 : TEST_SANITIZED ? 96 : BAKES
 };
 
 /* A map and a way to bake it. */
@@ -283,7 +283,8 @@ static bool kept(const char *law, const char *name)
     return false;
 }
 
-/* Runs a law for the pairs of some slots: each law has its own. */
+/* Runs a law for the pairs of some slots: each law has its own. There are as
+ * many as bakes, so that each slot has each map once; of sanitizers fewer. */
 static void each_pair(void (*law)(ibl_ctx *ctx, pair *p), const char *law_name,
                       int first, int count)
 {
@@ -914,7 +915,8 @@ static void reference(ibl_ctx *ctx, pair *p)
             CHECK_MSG(d.nrmse <= random_of(&l[k]) * (p->map.width < 30 ? 2 : 1),
                       "%s, %s: nRMSE %g", p->name, l[k].name, d.nrmse);
         else
-            CHECK_MSG(d.p95 <= bound && d.worst <= 10 * bound,
+            CHECK_MSG((d.p95 <= bound || l[k].count < 20) &&
+                          d.worst <= 10 * bound,
                       "%s, %s: 95th percentile %g, worst %g, not %g", p->name,
                       l[k].name, d.p95, d.worst, l[k].error);
         CHECK_MSG(!told || !resolved(p, &l[k]) || d.p95 <= 2 * l[k].error,
@@ -929,7 +931,7 @@ static void reference(ibl_ctx *ctx, pair *p)
                   !(missed && p->row->tolerance > IBL_TOLERANCE_DEFAULT),
               "%s: %s", p->name, said.text[IBL_LOG_WARNING]);
 }
-LAW(reference, 12, 2)
+LAW(reference, 12, 1)
 
 /* As samples grow, sampled levels come closer to the exact ones; what stays is
  * the blur of lookups in level 0, whose first order is taken back. */
