@@ -86,16 +86,16 @@ run_case() {
     # shellcheck disable=SC2254
     case $text in
     $error) ;;
-    *) why="stderr is: $text" ;;
+    *) why="found '$text', wanted '$error'" ;;
     esac
     [[ $text != *$'\n'* ]] || why="several lines: $text"
-    [ ! -s "$work/stdout" ] || why='something on stdout'
+    [ ! -s "$work/stdout" ] || why="on stdout: $(head -n 3 "$work/stdout")"
     [ $got -eq "$want" ] || why="status $got, not $want: $text"
     for f in $with; do
-        [ -s "$f" ] || why="$f is not there"
+        [ -s "$f" ] || why="wanted $f, found: $(ls -A . "${f%/*}" 2>&1 | xargs)"
     done
     for f in $without; do
-        [ ! -e "$f" ] || why="$f is there"
+        [ ! -e "$f" ] || why="wanted no $f, found: $(ls -Ald "$f")"
     done
     pristine=
     if [ "$want" != 0 ] && after=$(snapshot) && [ "$before" != "$after" ]; then
@@ -418,7 +418,7 @@ test_lights() {
     mkenv hdr 128 64 >sunny.hdr
     local to='--size 32 --lut-size 8 --pixel rgba32f --format ktx --skybox 32'
     iblbake -q $to sunny.hdr -o all --rotate 70
-    iblbake -q $to sunny.hdr -o rest --rotate 70 --sun -j 1
+    iblbake -v $to sunny.hdr -o rest --rotate 70 --sun -j 1 2>told
     iblbake $to sunny.hdr -o again --rotate 70 --lights 5 -j 3 \
         --preview x.png 2>err
     has 'warning: 1 of 5 lights were taken: ' err
@@ -430,6 +430,10 @@ const [all, rest, again] =
 equal('lights that nobody wants', [all.lights, all.gltf], [undefined, undefined]);
 equal('the light of five', again.lights, rest.lights);
 const [light] = rest.lights;
+const told = fs.readFileSync('told', 'utf8')
+    .match(/light: towards (.*), radius (.*) degrees, irradiance (.*)/) ?? [];
+[...light.direction, light.radius_deg, ...light.irradiance].forEach((x, i) => near(
+    `number ${i} of ${told[0]}`, told.slice(1).join(' ').split(' ')[i], x, 1e-3 * Math.abs(x) + 5e-5));
 const less = all.sh.radiance.map((a, i) =>
     a.map((x, c) => x - rest.sh.radiance[i][c]));
 for (let c = 0; c < 3; c++) {

@@ -105,8 +105,6 @@ still() {
     shift
     iblview -q --offscreen "$file" "$@" 2>err || is 0 $? "$(cat err): status"
 }
-same() { cmp -s "$1" "$2" || echo "wanted $1, found another picture, $2${3:+: $3}"; }
-other() { ! cmp -s "$1" "$2" || echo "wanted another picture than $1, found it in $2${3:+: $3}"; }
 # on_screen FILE: the display has these pixels where the window is.
 as_shown() {
     # shellcheck disable=SC2034
@@ -161,7 +159,7 @@ mousedown 1 mousemove_relative 20 0 mousemove_relative 20 0 mousemove_relative 2
 END
     xdotool click 4
     snap near.png
-    other near.png first.png 'after the wheel'
+    differ near.png first.png 'after the wheel'
     press Home
     snap again.png
     same again.png first.png 'after Home'

@@ -172,6 +172,15 @@ TEST(lies)
         NEED(file_save(path, b, size));
     }
     ibl_texture back;
+    /* glTF of others is rougher by even steps. */
+    ibl_texture tex = make(3);
+    const char *path = save(IBL_ENGINE_GLTF, &tex);
+    size_t size;
+    unsigned char *b = file_load(path, &size);
+    memcpy(b + find(b, size, "iblbake.content"), "another", 7);
+    NEED(file_save(path, b, size) && !ibl_engine_read(ctx, path, -1, &back));
+    texture_owned(back);
+    CHECK(texture_has(&back, "iblbake.roughness", "0,0.5,1"));
     NEED(!unlink(file_path("a b%_0_pz.png")));
     CHECK(ibl_engine_read(quiet, file_path("x.gltf"), -1, &back) ==
               IBL_ERR_IO &&

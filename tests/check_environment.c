@@ -310,6 +310,15 @@ TEST(progress)
         CHECK_NEAR(seen.whole, 1, 0);
         CHECK_MSG(seen.step < 0.5, "a step of %g", seen.step);
     }
+    /* No stage of what is not made. */
+    o.specular = false;
+    o.skybox = 0;
+    o.more_count = 0;
+    seen = (stages){0};
+    map_bake(ctx, &map, &o);
+    for (int i = 0; i < seen.count; i++)
+        CHECK_MSG(strcmp(seen.name[i], "level 0") != 0, "%s", seen.name[i]);
+    CHECK_NEAR(seen.whole, 1, 0);
 }
 
 /* ---- errors ------------------------------------------------------------ */

@@ -652,16 +652,19 @@ typedef struct skinned {
     float inverse[BONES][16];
 } skinned;
 
-/* The mean over joints of where they take it, by weights. World matrices: bone
- * 0 is the parent of the others and stands below root. */
+/* The mean over joints that are there of where they take it, by weights. World
+ * matrices: bone 0 is the parent of the others and stands below root. */
 static void skin(const skinned *s, double all[BONES + 1][16], int v, double w,
                  const double p[3], double to[3])
 {
+    double sum = 0;
     to[0] = to[1] = to[2] = 0;
     for (int i = 0; i < 8; i++) {
         const double weight = s->weights[i / 4][v][i % 4] / 255.0;
         const int j = s->joints[i / 4][v][i % 4];
         double inverse[16], at[3] = {p[0], p[1], p[2]};
+        if (j >= BONES)
+            continue;
         for (int k = 0; k < 16; k++)
             inverse[k] = (double)s->inverse[j][k];
         apply(inverse, w, at);
@@ -671,7 +674,10 @@ static void skin(const skinned *s, double all[BONES + 1][16], int v, double w,
         apply(all[BONES], w, at);
         for (int k = 0; k < 3; k++)
             to[k] += weight * at[k];
+        sum += weight;
     }
+    for (int k = 0; k < 3; k++)
+        to[k] /= sum;
 }
 
 static test_random rng = {1};
@@ -690,7 +696,8 @@ static void make_skinned(skinned *s)
         for (int i = 0; i < 8; i++) {
             const int part =
                 i < 7 ? (int)(left[1] * (spin() + 1) / 4) : left[1];
-            s->joints[i / 4][v][i % 4] = (unsigned char)(v + i) % BONES;
+            s->joints[i / 4][v][i % 4] =
+                v == 7 && i == 5 ? 250 : (unsigned char)(v + i) % BONES;
             s->weights[i / 4][v][i % 4] = (unsigned char)part;
             left[1] -= part;
         }

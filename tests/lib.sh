@@ -92,7 +92,7 @@ refused() {
     # shellcheck disable=SC2254
     case $(cat "$work/err") in
     $glob) ;;
-    *) echo "$*: $(cat "$work/err")" ;;
+    *) echo "$*: found '$(cat "$work/err")', wanted '$glob'" ;;
     esac
     [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
 }
@@ -265,6 +265,13 @@ use_viewer() {
     # OSMesa never frees some 480 bytes.
     echo leak:libOSMesa.so >"$work/leaks"
     export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
+}
+# Pictures, or what they are of.
+same() { # FILE FILE [WHAT]
+    cmp -s "$1" "$2" || echo "wanted $1, found another picture, $2${3:+: $3}"
+}
+differ() { # FILE FILE [WHAT]
+    ! cmp -s "$1" "$2" || echo "wanted another picture than $1, found it in $2${3:+: $3}"
 }
 # Without OSMesa there are no pictures, as the first one says in FILE.
 need_pictures() { # FILE

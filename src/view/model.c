@@ -336,7 +336,6 @@ static void make_draws(view_model *m, const ibl_scene *scene)
         memcpy(m->draws[i].in_file, scene->draws[i].to_world,
                sizeof m->draws[i].in_file);
     }
-    view_model_place(m, (const double[3]){0}, 1);
 }
 
 /* Decodes the images of the materials that are drawn. */
