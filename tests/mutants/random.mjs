@@ -38,7 +38,8 @@ function waysOf(line)
             add(at, from.length, to);
     for (const m of line.matchAll(/(?<![\w.%])(\d+)(\.\d+)?(?![\w.])/g))
         if (line[m.index + m[0].length] !== ']' || !/[,)]$/.test(line))
-            add(m.index, m[0].length, m[2] ? `${m[0]} * 2` : String(+m[1] + 1));
+            add(m.index, m[0].length, +m[0] && m[2] ? `${m[0]} * 2` :
+                String(+m[1] + 1) + (m[2] ?? ''));
     const condition = line.match(/^(\s*(?:if|while) \()(.*)(\)(?: \{)?)$/);
     if (condition && !/=(?!=)/.test(condition[2].replace(/[<>!=]=/g, '')))
         ways.push(`${condition[1]}!(${condition[2]})${condition[3]}`);
@@ -62,7 +63,7 @@ function linesOf(file)
         macro = line.endsWith('\\');
         if (inside || comment ||
             /^\s*(#|\/\/|\/\*|\*|static const|enum)|__attribute__|"/.test(line) ||
-            /^\s+(?!return)[\w ]+[ *]\w+\[[^=]*;$/.test(line))
+            /^\s+(?!return)\w[\w ]*[ *]\w+\[[^=]*\](;| = \{)/.test(line))
             return;
         if (waysOf(line).length)
             found.push({file, lines, i});
@@ -72,7 +73,8 @@ function linesOf(file)
 
 // The tests that the tables name for other bugs of a file, or of its folder: they
 // see most of what any test sees, and sooner. Then all quick tests, the script with
-// the longest name of words of the file's path, and the first ones with a sanitizer.
+// the longest name of words of the file's path, and the first ones with a sanitizer,
+// which also sees what is not freed.
 const rows = readdirSync('tests/mutants').filter(f => f.endsWith('.txt'))
     .flatMap(f => readFileSync(`tests/mutants/${f}`, 'utf8').split(/\n\n+/))
     .map(row => ({file: row.match(/^[\w/.-]+\.\w+$/m)?.[0] ?? '',
@@ -93,7 +95,8 @@ function testsOf(file)
     return tests.slice(0, 4).concat(
         [...new Set(named.filter(t => t.startsWith('check-')))], 'any',
         script.map(name => `check-${name}.sh`),
-        tests.slice(0, 2).map(t => `asan/${t}`));
+        tests.slice(0, 2).map(t => `asan/${t}`),
+        /^src.(cli|common|io|json|set)/.test(file) ? 'asan/check-cli.sh' : []);
 }
 
 const all = execFileSync('git', ['ls-files', 'src'], {encoding: 'utf8'})

@@ -77,7 +77,7 @@ look() {
     for t in $tests; do
         case $t in
         any) ;;
-        *.sh) [ -f "tests/$t" ] ;;
+        *.sh) [ -f "tests/${t#asan/}" ] ;;
         *.sh:*)
             grep -qE -- "${t#*:}" "tests/${t%%:*}" "$work/names" tests/cli/*.case
             ;;
@@ -99,10 +99,11 @@ sees() {
         ;;
     *.sh)
         [ "$name" != check-fuzz.sh ] || what='config=asan fuzzers'
+        [[ $name != asan/* ]] || what='config=asan all'
         # shellcheck disable=SC2086
         make -s -j"$(nproc)" DEPS=no $what >/dev/null 2>&1 || return 2
         [ "$what" = all ] && what=build || what=build/asan
-        ! ONLY=$only BUILD=$what timeout 600 bash "tests/$name" \
+        ! ONLY=$only BUILD=$what timeout 600 bash "tests/${name#asan/}" \
             >/dev/null 2>&1
         ;;
     *)
