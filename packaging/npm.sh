@@ -19,6 +19,7 @@ mkdir -p "$package/bin"
 cp src/npm/index.mjs src/npm/index.d.ts src/npm/system.mjs src/npm/memory.mjs \
     src/npm/worker.mjs src/npm/README.md LICENSE "$wasm/iblbake.wasm" "$package"
 cp src/npm/iblbake.cjs "$package/bin"
+cp "$wasm/deps/licences.txt" "$package/LICENSES-of-libraries.txt"
 chmod 755 "$package/bin/iblbake.cjs"
 sed "s/@VERSION@/$2/" src/npm/package.json.in >"$package/package.json"
 cd "$1/npm"

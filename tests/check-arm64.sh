@@ -115,7 +115,7 @@ case $("$build/iblbake" --version) in
     same avx2 neon data/forest.exr --size 32 --method sampled --samples 64
     same avx2 neon data/sky.exr --size 48 --sh 3 --pixel bc6h --quality fast
     ;;
-*) skip 'AVX2 and NEON' 'this CPU has no AVX2' ;;
+*) verdict 'AVX2 and NEON' 'skipped: this CPU has no AVX2' ;;
 esac
 same c c data/sky.exr --size 32 --pixel rgba32f
 ok '3 threads' emulate "$arm/iblbake" -q --isa c --threads 3 --lut-size 32 \

@@ -14,7 +14,7 @@ suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
 # Those of this tree may be there.
 built=$(echo "$build"/deb/iblbake_*.deb)
 [ -e "$built" ] && [ -z "$(find src include man packaging Makefile NEWS.md \
-    -type f -newer "$built" | head -n 1)" ] ||
+    data tests/symbols.txt -type f -newer "$built" | head -n 1)" ] ||
     ok build sh packaging/deb.sh "$build" "$version"
 cd "$build/deb" || exit 1
 names='iblbake iblview libiblbake1 libiblbake-dev'
@@ -46,8 +46,11 @@ mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' \
     'Origin: Debian' "Codename: $suite" | head -n 1)
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C
 debootstrap --variant=minbase --cache-dir=/var/cache/apt/archives "$suite" \
-    "$root" "$mirror" >"$work/log" 2>&1 ||
-    skip_all "debootstrap: $(tail -n 1 "$work/log")"
+    "$root" "$mirror" >"$work/log" 2>&1 || {
+    verdict root "skipped: debootstrap: $(tail -n 1 "$work/log")"
+    end
+    exit
+}
 files() { # of the root, without what dpkg writes down
     (cd "$root" && find . -xdev \( -path ./tmp -o -path ./var/lib/dpkg -o \
         -path ./var/log -o -path ./var/cache \) -prune -o -print | sort)

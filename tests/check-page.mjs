@@ -143,7 +143,11 @@ await test('the zip has what the native program makes', async () => {
         fs.readFileSync(path.join(native, 'forest_specular.ktx2'))]
         .map(bytes => new DataView(bytes.buffer, bytes.byteOffset,
                                    bytes.byteLength));
-    check(a.byteLength === b.byteLength, 'of another size');
+    check(a.byteLength === b.byteLength, `${a.byteLength} bytes, not ${b.byteLength}`);
+    const command = new TextDecoder().decode(files['command.txt']);
+    check(/^iblbake --rotate 40 /.test(command), command);
+    const choices = await page.textContent('#choices');
+    check(/--rotate 40.* kB in [\d.]+ s\n/.test(choices), choices);
     const at = Number(b.getBigUint64(80 + 24 * (b.getUint32(40, true) - 1), true));
     for (let i = at; i < a.byteLength; i += 2)
         check(Math.abs(a.getUint16(i, true) - b.getUint16(i, true)) <= 1,
@@ -161,11 +165,54 @@ await test('pictures, as converters make them', async () => {
     check(png && png[1] === 0x50, `not in ${Object.keys(files)}`);
     check(new DataView(png.buffer, png.byteOffset).getUint32(16) === 256, 'wide');
 });
-await test('a model is shown', async () => {
-    await page.click('[id="knot.glb"]');
-    await page.waitForTimeout(1000);
+await test('faces and levels, as HDR and EXR', async () => {
+    for (const [format, ends] of [['hdr', '_0_px.hdr'], ['exr', '_2_nz.exr']]) {
+        await page.selectOption('[name=only]', 'specular,irradiance');
+        await page.selectOption('[name=layout]', 'cube');
+        await page.selectOption('[name=format]', format);
+        await page.waitForTimeout(400);
+        await done(page);
+        const names = Object.keys((await zip(page))[1]);
+        check(names.some(name => name.endsWith(ends)), `no ${ends} in ${names}`);
+    }
+});
+/* Of the left half, where spheres and models are. */
+const seen = async () => {
+    await page.evaluate(() => new Promise(go => requestAnimationFrame(() =>
+        requestAnimationFrame(go))));
+    return (await (await page.$('#view')).screenshot()).toString('base64');
+};
+await test('a dropped model, exposure and background are seen', async () => {
+    const pictures = [await seen()], differs = async what => {
+        pictures.push(await seen());
+        check(new Set(pictures).size === pictures.length, `${what} changes nothing`);
+    };
+    await drop(page, 'knot.glb', fs.readFileSync('data/knot.glb'));
+    for (let i = 0; i < 600 && await seen() === pictures[0]; i++)
+        await page.waitForTimeout(100);
+    await differs('a model');
     await shot(page, 'model');
+    await page.fill('[name=exposure]', '2');
+    await differs('exposure');
+    await page.selectOption('[name=background]', 'none');
+    await differs('background');
     await page.click('#balls');
+    await differs('#balls');
+});
+await test('what is stopped leaves the files from before', async () => {
+    await page.selectOption('[name=format]', 'ktx2');
+    await page.fill('[name=more]', '--pixel bc6h --quality best --zstd 19 --size 2048');
+    await page.press('[name=more]', 'Enter');
+    await page.waitForSelector('body.busy');
+    await page.click('#stop');
+    await done(page);
+    const before = Object.keys((await zip(page))[1]);
+    check(before.some(name => name.endsWith('.exr')), `files are ${before}`);
+    await page.fill('[name=more]', '--zstd 19');
+    await drop(page, 'again.exr', forest);
+    await page.waitForFunction(() => document.querySelector('#command').textContent
+        .includes('--zstd 19 again.exr'));
+    check(await page.isHidden('#said'), await page.innerText('#said'));
 });
 await test('a damaged map is one line, and the page goes on', async () => {
     await drop(page, 'bad.exr', forest.subarray(0, 5000));

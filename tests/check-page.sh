@@ -7,7 +7,7 @@
 set -u
 . tests/lib.sh
 
-need node npm chromium emcc
+need node npm chromium emcc clang
 log=$(${MAKE:-make} -s DEPS=no BUILD="$build" page 2>&1) || {
     [[ $log != *'npm error'* ]] || skip_all 'npm cannot fetch three.js'
     [[ $log != *'libraries: no source'* ]] || skip_all "${log##*libraries: }"

@@ -21,7 +21,8 @@ exec wine '$exe' "\$@"
 END
 chmod +x "$work/iblbake"
 win() { wine "$exe" "$@" </dev/null; }
-win --version >"$work/log" 2>&1 || skip_all "Wine: $(tail -n 1 "$work/log")"
+wine cmd /c ver >"$work/log" 2>&1 </dev/null ||
+    skip_all "Wine: $(tail -n 1 "$work/log")"
 
 test_zip() {
     local file
@@ -29,10 +30,10 @@ test_zip() {
         sed -n 's/.*DLL Name: //p' | sort -u | grep -vixE 'kernel32.dll|msvcrt.dll'
     for file in manual/iblbake.1.html include/ibl/ibl.h include/ibl/ibl.hlsl \
         lib/libiblbake.a LICENSES-of-libraries.txt; do
-        [ -s "$folder/$file" ] || echo "no $file"
+        there "$folder/$file"
     done
     for file in $(cd "$top/man" && ls iblbake*); do
-        [ -s "$folder/manual/$file.html" ] || echo "no page of $file"
+        there "$folder/manual/$file.html"
     done
 }
 
@@ -89,24 +90,48 @@ test_paths() {
     local name=$'\303\244 \346\227\245'
     mkdir "$name" && cp "$top/data/sky.exr" "$name/$name.exr"
     win -q "$name\\$name.exr" -o "out\\$name" --size 16 --depfile "out\\d.d"
-    [ -s "out/$name/${name}_specular.ktx2" ] || ls -R out
+    there "out/$name/${name}_specular.ktx2"
     grep -q "$name" "out/$name/$name.json" || cat "out/$name/$name.json"
     win -q "Z:$(pwd | tr / '\\')\\$name\\$name.exr" -o "Z:$PWD/drive" --size 16
-    [ -s "drive/${name}_specular.ktx2" ] || ls -R drive
+    there "drive/${name}_specular.ktx2"
     win info -q "$name" >/dev/null
     # As a prompt hands them on.
     cp "$name/$name.exr" b.exr
     wine cmd /c "$(wine winepath -w "$exe") -q b*.exr -o out\\all --size 16" \
         >log 2>&1 || cat log
-    [ -s out/all/b_specular.ktx2 ] || ls -R out
+    there out/all/b_specular.ktx2
 }
 test_replace() {
     win -q "$top/data/forest.exr" -o out --name sky --size 32 --force 2>err ||
         win -q "$top/data/forest.exr" -o out --name sky --size 32
     cp -r out old
-    exec 7<out/sky_specular.ktx2 # others read it
+    # Others hold it for a moment, or for longer than the program waits.
+    cat >hold.c <<'C'
+#include <stdlib.h>
+#include <windows.h>
+int main(int argc, char **argv)
+{
+    HANDLE file = CreateFileA(argv[1], GENERIC_READ, FILE_SHARE_READ, NULL,
+                              OPEN_EXISTING, 0, NULL);
+    CreateDirectoryA("held", NULL);
+    Sleep(atoi(argv[2]));
+    return argc != 3 || file == INVALID_HANDLE_VALUE;
+}
+C
+    x86_64-w64-mingw32-gcc-posix hold.c -o hold.exe
+    wine hold.exe out/sky_specular.ktx2 600000 &
+    within test -d held || echo 'not held'
+    win -q "$top/data/forest.exr" -o out --name sky --size 16 2>err &&
+        echo 'replaced what is held'
+    has 'sky_specular.ktx2.*Permission denied' err
+    lines 1 err
+    cmp out/sky_specular.ktx2 old/sky_specular.ktx2
+    kill $!
+    wait $! 2>/dev/null
+    rmdir held
+    wine hold.exe out/sky_specular.ktx2 500 &
+    within test -d held
     win -q "$top/data/forest.exr" -o out --name sky --size 16 || echo "status $?"
-    exec 7<&-
     cmp -s out/sky_specular.ktx2 old/sky_specular.ktx2 && echo 'not replaced'
     ls -A out | diff - <(ls -A old)
 }
@@ -115,7 +140,7 @@ test_batch() {
     cp "$top/data/sky.exr" maps && cp "$top/data/forest.exr" maps/sub
     set -- --incremental --size 16 --recursive maps -o out
     win -v "$@" >first 2>&1 || cat first
-    [ -s out/sub/forest_specular.ktx2 ] || ls -R out
+    there out/sub/forest_specular.ktx2
     find out -name '*.ktx2' -printf '%P %T@\n' | sort >before
     win -v "$@" >second 2>&1 || cat second
     find out -name '*.ktx2' -printf '%P %T@\n' | sort | diff before -
@@ -127,8 +152,12 @@ test_batch() {
 test_stdin() {
     cat "$top/data/sky.exr" | wine "$exe" -q - -o out --size 16
     win -q "$top/data/sky.exr" -o file --size 16
-    cmp out/stdin_specular.ktx2 file/sky_specular.ktx2 2>/dev/null ||
-        ls out | grep -q specular || ls out
+    cmp out/env_specular.ktx2 file/sky_specular.ktx2
+    # Names as `dir /b /s` lists them, and a batch of it.
+    mkdir maps && cp "$top/data/sky.exr" maps/a.exr && cp maps/a.exr maps/b.exr
+    printf 'maps\\a.exr\r\nmaps\\b.exr\r\n' |
+        wine "$exe" -q --from - -o list --size 16
+    there list/a_specular.ktx2 list/b_specular.ktx2
 }
 test_cannot_read() {
     refused 1 '*DWAB*save it with*' wine "$exe" "$top/data/studio.exr" -o out

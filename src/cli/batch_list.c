@@ -10,6 +10,7 @@
 #include "cli/batch.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "port/port.h"
 #include "json/text.h"
 
 /* ---- listing ------------------------------------------------------------- */
@@ -143,6 +144,7 @@ static bool add_list(ibl_maps *maps, const char *path, bool all, ibl_console *c)
         *end = '\0';
         if (!nul && end > name && end[-1] == '\r')
             end[-1] = '\0';
+        ibl_port_use_slashes(name);
         ok = !name[strspn(name, nul ? "" : " \t")] ||
              add_given(maps, name, all, c);
     }

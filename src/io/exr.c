@@ -8,7 +8,6 @@
  * either write out of bounds. libdeflate undoes ZIP if the build has it,
  * OpenEXR's C++ library all other compressions.
  */
-#define _GNU_SOURCE /* strcasestr */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -309,7 +308,7 @@ static void look_in_part(exr_reader *file, int part, bool alone,
         snprintf(layer, sizeof layer, "%.*s", (int)length, channel);
         for (int j = 0; j < i && !seen; j++)
             seen = in_layer(list->entries[j].name.str, channel, length);
-        if (seen || strcasestr(layer, "crypto") ||
+        if (seen || strstr(layer, "rypto") ||
             !find_colour(list, channel, length, &this))
             continue;
         list_add(f->layers, *layer || alone ? layer : of, alone ? -1 : part);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 // The command. The program runs in a thread beside this one, so that signals
 // reach it: it then removes what it has begun, and the process dies of them.
-'use strict';
 const { Worker, isMainThread, parentPort, workerData: stop } = require('node:worker_threads');
 const fs = require('node:fs'), os = require('node:os'), path = require('node:path');
 
@@ -12,16 +11,21 @@ async function work() {
     require('node:v8').setFlagsFromString('--wasm-tiering-budget=100000000');
     const module = new WebAssembly.Module(fs.readFileSync(path.join(__dirname, '../iblbake.wasm')));
     const slashes = arg => process.platform === 'win32' ? arg.replaceAll('\\', '/') : arg;
+    // No call waits for another program, so that signals are looked at meanwhile.
+    const { isatty } = require('node:tty'), { O_RDONLY, O_NONBLOCK } = fs.constants;
+    const open = (file, how) => fs.openSync(file, how === 'r' ? O_RDONLY | O_NONBLOCK : how);
+    let input = 0;
+    try {
+        if (isatty(0) || fs.fstatSync(0).isFIFO()) input = open('/dev/stdin', 'r');
+    } catch { /* there is none */ }
     return run(module, ['iblbake', ...process.argv.slice(2).map(slashes)], {
-        fs, process: process.pid, place: os.hostname(),
-        isTerminal: require('node:tty').isatty,
+        fs: { ...fs, openSync: open,
+            readSync: (fd, ...rest) => fs.readSync(fd || input, ...rest) },
+        process: process.pid, place: os.hostname(),
+        isTerminal: isatty,
         cwd: () => slashes(process.cwd()),
         isGone(pid) {
-            try {
-                return !process.kill(pid, 0);
-            } catch (error) {
-                return error.code === 'ESRCH';
-            }
+            try { return !process.kill(pid, 0); } catch (error) { return error.code === 'ESRCH'; }
         },
         interrupted: () => Atomics.load(stop, 0) && 128,
     });
@@ -36,11 +40,14 @@ function main() {
         process.stderr.write(`iblbake: ${error.message}\n`);
         process.exitCode = 1;
     });
-    worker.on('exit', () => died && process.kill(process.pid, died));
+    const die = () => process.removeAllListeners(died) && process.kill(process.pid, died);
+    worker.on('exit', () => died && die());
+    // npm sends what a terminal sends, too: the second one changes nothing.
     for (const signal of ['SIGINT', 'SIGTERM', 'SIGHUP'])
-        process.once(signal, () => {
-            died = signal;
+        process.on(signal, () => {
+            died ??= signal;
             Atomics.store(stop, 0, 1);
+            setTimeout(die, 10000);
         });
 }
 

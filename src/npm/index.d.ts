@@ -13,8 +13,9 @@ export interface Options {
 export type Bytes = Uint8Array | ArrayBuffer | Blob;
 export type Files = Record<string, Uint8Array>;
 
-/** What a run rejects with: the program's messages, and its exit status. */
-export interface IblbakeError extends Error { name: 'IblbakeError'; status: number }
+/** What functions reject with: messages, exit status, and what was printed, as the JSON
+ * of verify with an error above `maxError`. */
+export interface IblbakeError extends Error { name: 'IblbakeError'; status: number; text: string }
 
 /** Bakes an environment. report: the sidecar; log: warnings, with `verbose`
  * what was done; text: what was asked to be printed, as by `explain`. */

@@ -29,9 +29,9 @@ async function thread() {
 // { status, files, stdout, stderr }: the files are those that it made.
 export async function run(args, files = {}, { onProgress, signal } = {}) {
     signal?.throwIfAborted();
-    compiled ??= compile();
-    compiled.catch(() => { compiled = undefined; });
-    const [module, t] = await Promise.all([compiled, thread()]);
+    const ready = compiled ??= compile();
+    ready.catch(() => { compiled = undefined; });
+    const t = await thread();
     let stop;
     try {
         const result = await new Promise((resolve, reject) => {
@@ -39,12 +39,13 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
             signal?.addEventListener('abort', stop);
             if (signal?.aborted) stop();
             t.ref?.();
-            t.onmessage = ({ data }) => 'done' in data ? onProgress?.(data.done) : resolve(data);
+            const take = async data => 'done' in data ? onProgress?.(data.done) : resolve(data);
+            t.onmessage = ({ data }) => take(data).catch(reject);
             t.onerror = event => reject(event.error ?? event);
-            t.postMessage({ module, args, files });
+            ready.then(module => t.postMessage({ module, args, files })).catch(reject);
         });
         t.unref?.();
-        resting.push(t);
+        resting.length < 4 ? resting.push(t) : t.terminate();
         return result;
     } catch (error) {
         t.terminate();
@@ -71,7 +72,7 @@ async function command(words, { onProgress, signal, ...options }, given, ...oper
         { onProgress, signal });
     if (made.status)
         throw Object.assign(new Error(made.stderr.trim().replace(/^iblbake: /gm, '')),
-            { name: 'IblbakeError', status: made.status });
+            { name: 'IblbakeError', status: made.status, text: made.stdout });
     return { files: Object.fromEntries(Object.entries(made.files).map(([name, bytes]) =>
         [name.replace(/^out\//, ''), bytes])), log: made.stderr, text: made.stdout };
 }

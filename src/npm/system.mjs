@@ -4,10 +4,10 @@
 
 // errno of the C library that the program is linked with, by names of node.
 const ERRNO = {
-    EACCES: 2, EAGAIN: 6, EBADF: 8, EBUSY: 10, EEXIST: 20, EFBIG: 22,
+    EACCES: 2, EAGAIN: 6, EBADF: 8, EBUSY: 10, EDQUOT: 19, EEXIST: 20, EFBIG: 22,
     EINVAL: 28, EIO: 29, EISDIR: 31, ELOOP: 32, EMFILE: 33, ENAMETOOLONG: 37,
     ENOENT: 44, ENOSPC: 51, ENOSYS: 52, ENOTDIR: 54, ENOTEMPTY: 55, EPERM: 63,
-    EPIPE: 64, EROFS: 69, EXDEV: 75,
+    EPIPE: 64, EROFS: 69, ESPIPE: 70, EXDEV: 75,
 };
 const O_WRITE = 1, O_EXCLUSIVE = 0o200, O_FOLDER = 0o200000;
 const TERMINAL = 2, FOLDER = 3, FILE = 4, big = { bigint: true };

@@ -21,6 +21,8 @@ enum {
 
 /* ---- files --------------------------------------------------------------- */
 
+/* Makes all separators of a path '/', in place. */
+void ibl_port_use_slashes(char *path);
 /* Opens a file to be read, and does not wait for the writer of a FIFO. */
 int ibl_port_open(const char *path);
 /* Makes a new file to be written; no link is followed. It can be removed while

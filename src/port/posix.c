@@ -18,6 +18,11 @@
 
 /* ---- files --------------------------------------------------------------- */
 
+void ibl_port_use_slashes(char *path)
+{
+    (void)path;
+}
+
 bool ibl_port_readable(int file, int milliseconds)
 {
     struct pollfd p = {.fd = file, .events = POLLIN};

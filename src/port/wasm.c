@@ -25,6 +25,11 @@ long __syscall_open(const char *path, long flags, ...)
     return host_open(path, (int)flags);
 }
 
+void ibl_port_use_slashes(char *path)
+{
+    (void)path; /* the host has done that */
+}
+
 bool ibl_port_lock_folder(const char *path, int *lock)
 {
     (void)path;

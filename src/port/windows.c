@@ -159,24 +159,25 @@ int lstat(const char *path, struct stat *st)
     return look_at(path, st, FILE_FLAG_OPEN_REPARSE_POINT);
 }
 
-static char *use_slashes(char *path)
+void ibl_port_use_slashes(char *path)
 {
-    for (char *c = path; (c = strchr(c, '\\')); c++)
-        *c = '/';
-    return path;
+    while ((path = strchr(path, '\\')))
+        *path = '/';
 }
 
 char *realpath(const char *path, char *real)
 {
     const HANDLE h = open_path(path, 0, OPEN_EXISTING, 0);
-    const DWORD length = GetFinalPathNameByHandleA(h, real, IBL_PORT_PATH, 0);
+    DWORD length = 0;
 
+    if (h != INVALID_HANDLE_VALUE)
+        length = GetFinalPathNameByHandleA(h, real, IBL_PORT_PATH, 0);
     fail();
     CloseHandle(h);
     if (!length || length >= IBL_PORT_PATH)
         return NULL;
     /* It begins with \\?\, or with \\?\UNC\ of another machine's. */
-    use_slashes(real);
+    ibl_port_use_slashes(real);
     if (!strncmp(real, "//?/UNC/", 8))
         memmove(real + 2, real + 8, length - 7);
     else if (!strncmp(real, "//?/", 4))
@@ -242,6 +243,7 @@ static BOOL WINAPI interrupted(DWORD event)
 {
     (void)event;
     leaving();
+    restore_console();
     ExitProcess((UINT)STATUS_CONTROL_C_EXIT);
 }
 
@@ -251,7 +253,7 @@ void ibl_port_begin(int argc, char **argv, void (*leave)(void))
         _setmode(fd, O_BINARY);
     _fmode = O_BINARY;
     for (int i = 1; i < argc; i++)
-        use_slashes(argv[i]);
+        ibl_port_use_slashes(argv[i]);
     code_page = GetConsoleOutputCP();
     if (code_page && SetConsoleOutputCP(CP_UTF8))
         atexit(restore_console);
@@ -281,16 +283,6 @@ bool ibl_port_is_gone(long process)
 }
 
 /* ---- functions that the C library lacks ---------------------------------- */
-
-char *strcasestr(const char *text, const char *part)
-{
-    const size_t length = strlen(part);
-
-    while (_strnicmp(text, part, length) != 0)
-        if (!*text++)
-            return NULL;
-    return (char *)text;
-}
 
 void *memmem(const void *bytes, size_t size, const void *part, size_t length)
 {

@@ -46,7 +46,6 @@ ssize_t pread(int file, void *to, size_t size, off_t offset);
 
 #define aligned_alloc(alignment, bytes) _aligned_malloc(bytes, alignment)
 #define aligned_free _aligned_free
-char *strcasestr(const char *text, const char *part);
 void *memmem(const void *bytes, size_t size, const void *part, size_t length);
 
 #endif

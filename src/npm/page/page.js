@@ -30,14 +30,20 @@ async function iblbake(args, files) {
             throw Error(result.stderr.replace(/^iblbake: /gm, ''));
         return {...result, time: performance.now() - start};
     } finally {
-        if (stopper.signal === signal)
+        if (stopper.signal === signal) {
             document.body.classList.remove('busy');
+            $('download').disabled = !made; // those from before, if it failed
+        }
     }
 }
 /* Controls have the names of options. */
 const NAMES = ['target', 'only', 'rotate', 'exposure', 'size', 'format', 'layout', 'pixel'];
 const more = () => (form.more.value.match(/"[^"]*"|[^\s"]+/g) ?? [])
     .map(word => word.replace(/"/g, ''));
+/* Those that say how a map is read, with their values. */
+const reading = () => more().filter((word, i, all) =>
+    /^--(layer|part|any-aspect|input-|face-order|primaries|clamp)/
+        .test(word.startsWith('--') ? word : all[i - 1]));
 function chosen() {
     const cube = form.only.value === 'skybox';
     return [...NAMES.filter(name => !/^0?$/.test(form[name].value) && !(cube && name === 'size'))
@@ -54,15 +60,17 @@ async function open(file) {
     try {
         next.bytes = new Uint8Array(await file.arrayBuffer());
         const {files, time} = await iblbake(['--only=specular', '--mapping=filament',
-            '--size=256', '--levels=5', '--mirror=x', ...more(), '--name=a', '-o', 'out', '--',
+            '--size=256', '--levels=5', '--mirror=x', ...reading(), '--name=a', '-o', 'out', '--',
             next.name], {[next.name]: next.bytes});
         map = next;
+        made = null;
         map.half = files['out/a_specular.ktx2'];
         view?.prefilter(null);
         await view?.show(map.half);
         performance.measure('picture', {start});
         $('shown').textContent = `half floats, ${timeOf(time)}`;
-        $('own').textContent = $('how').textContent = '';
+        ['own', 'how', 'off0', 'off1'].forEach(id => $(id).textContent = '');
+        canvases.forEach(canvas => canvas.width = 0);
         $('empty').hidden = !!view;
         $('choices').replaceChildren();
         await make().catch(fail);
@@ -114,10 +122,9 @@ $('download').onclick = () => {
     const text = id => new TextEncoder().encode($(id).textContent + '\n');
     const zip = zipSync({...made, 'code.txt': text('code'), 'command.txt': text('command')},
         {level: 0});
-    const a = document.createElement('a');
-    a.href = URL.createObjectURL(new Blob([zip], {type: 'application/zip'}));
-    a.download = map.name.replace(/\.[^.]*$/, '') + '.zip';
-    a.click();
+    const href = URL.createObjectURL(new Blob([zip], {type: 'application/zip'}));
+    Object.assign(document.createElement('a'),
+        {href, download: map.name.replace(/\.[^.]*$/, '') + '.zip'}).click();
 };
 
 /* ---- the chosen sphere ----------------------------------------------------------- */
@@ -143,9 +150,9 @@ function error(truth, pixels) {
 async function judge() {
     if (!map?.compared)
         return;
-    const start = performance.now(), {row, column} = $('sphere').elements;
+    const start = performance.now(), {row, column} = $('sphere').elements, of = map;
     const pictures = await view.measure(+row.value, +column.value);
-    if (!pictures)
+    if (!pictures || of !== map)
         return;
     const truth = pictures[2], errors = [0, 1].map(k => error(truth, pictures[k]));
     pictures.forEach((pixels, k) => paint(canvases[k], i =>
@@ -179,18 +186,22 @@ $('form').onsubmit = e => e.preventDefault();
 $('sphere').onchange = judge;
 $('stop').onclick = () => stopper.abort();
 
-/* Models are shown, everything else is a map. */
+/* Models are shown, every other file is a map. */
 async function take(file) {
-    if (!/\.gl(b|tf)$/i.test(file.name))
-        return open(file);
-    await view?.model(URL.createObjectURL(file)).catch(fail);
+    if (!file || !/\.gl(b|tf)$/i.test(file.name))
+        return file && open(file);
+    const url = URL.createObjectURL(file);
+    await view?.model(url).catch(fail).finally(() => URL.revokeObjectURL(url));
     map ?? $('forest.exr').click();
 }
 for (const name of ['forest.exr', 'sky.exr', 'knot.glb'])
     $(name).onclick = () => fetch('data/' + name).then(r => r.blob())
         .then(blob => take(new File([blob], name))).catch(fail);
 $('balls').onclick = () => view?.model(null);
-$('open').onclick = $('model').onclick = () => $('file').click();
+$('open').onclick = $('model').onclick = () => {
+    $('file').value = ''; // the same file may be meant again
+    $('file').click();
+};
 $('file').onchange = () => take($('file').files[0]);
 for (const kind of ['dragover', 'dragleave', 'drop'])
     addEventListener(kind, e => {
@@ -206,5 +217,5 @@ try {
 }
 look();
 navigator.serviceWorker?.register('sw.js').catch(() => {});
-await Promise.all([view?.isDrawn(), run(['--version'])]);
+await Promise.all([view?.isDrawn(), run(['--version'])]).catch(fail);
 document.body.dataset.ready = '';
