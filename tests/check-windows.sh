@@ -161,6 +161,24 @@ test_stdin() {
 }
 test_cannot_read() {
     refused 1 '*DWAB*save it with*' wine "$exe" "$top/data/studio.exr" -o out
+    printf 'II*\0\10\0\0\0\0\0' >map.tif
+    refused 1 '*TIFF*save it*' wine "$exe" map.tif -o out
+}
+test_commands() {
+    cp "$top/data/sky.exr" .
+    win -q sky.exr -o set --size 16
+    win verify -q --max-error 1 sky.exr set || is 0 $? 'verify: status'
+    win convert -q set/sky_specular.ktx2 a.dds
+    "$native" convert -q set/sky_specular.ktx2 n.dds && cmp n.dds a.dds
+    win info a.dds >said
+    has '16' said
+    cat >set.json <<'END'
+{"version": 1, "defaults": {"size": 16, "levels": 3},
+ "probes": [{"name": "a", "position": [0, 0, 0], "capture": {"equirect": "sky.exr"},
+             "influence": {"sphere": {"centre": [0, 0, 0], "radius": 2}}}]}
+END
+    win probes -q set.json -o probes
+    there probes/probes_specular.ktx2 probes/index.json
 }
 test_ctrl_c() {
     interrupt INT wine "$exe" "$top/data/sky.exr" -q -j 2 -o new/out --size 1024 \

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "engine/harmonics.h"
+#include "engine/picture.h"
 #include "engine/rgbd.h"
 #include "engine/set.h"
 #include "files.h"
@@ -185,6 +186,18 @@ TEST(lies)
     CHECK(ibl_engine_read(quiet, file_path("x.gltf"), -1, &back) ==
               IBL_ERR_IO &&
           test_said(&kept, "a b%_0_pz.png"));
+}
+
+/* The decoding of IEC 61966-2-1 gives back what was encoded; what is beyond is
+ * clipped. */
+TEST(tones)
+{
+    for (int i = -10; i <= 1010; i++) {
+        const double x = i / 1000.0, y = ibl_tone_value(IBL_TONE_CLIP, x);
+        CHECK_NEAR(y <= 0.04045 ? y / 12.92 : pow((y + 0.055) / 1.055, 2.4),
+                   fmin(fmax(x, 0), 1), 1e-5);
+    }
+    CHECK(ibl_tone_value(IBL_TONE_FILM, 0) <= 0);
 }
 
 /* Of each harmonic the least over directions every three degrees. */

@@ -2,6 +2,7 @@
 // The functions of the package of npm: prints what they do wrong.
 import assert from 'node:assert';
 import fs from 'node:fs';
+import { Worker } from 'node:worker_threads';
 import { bake, convert, info, run, verify } from 'iblbake';
 
 const bytes = fs.readFileSync(process.argv[2]), name = 'forest.exr';
@@ -32,6 +33,17 @@ assert.deepEqual(Object.keys((await convert(texture, { name: 'a.ktx2', to: 'b.dd
 assert((await verify(bytes, files, { name })).report.levels.length > 1);
 assert.match((await bake(bytes, { name, target: 'three', size: 32, explain: true })).text, /three/);
 
+// In a thread of the caller's, too.
+fs.writeFileSync('thread.mjs', `import { parentPort, workerData } from 'node:worker_threads';
+    import { bake } from 'iblbake';
+    parentPort.postMessage(Object.keys((await bake(workerData, { name: 'a.exr' })).files));`);
+const inThread = new Worker('./thread.mjs', { workerData: bytes });
+assert((await new Promise((resolve, reject) => inThread.on('message', resolve)
+    .on('error', reject))).includes('a_specular.ktx2'));
+
+await assert.rejects(verify(bytes, files, { name, maxError: 1e-9 }), error =>
+    error.status === 1 && JSON.parse(error.text).levels.length > 1);
+await assert.rejects(bake(bytes, { name, onProgress() { throw Error('mine'); } }), /mine/);
 await refused(bake(bytes, { name, colour: 3 }), /^--colour: unknown option/);
 await refused(bake(bytes, { name, size: 'large' }), /^--size large: /);
 await refused(bake(new Uint8Array(9), { name }), /^forest.exr: is no image/);
