@@ -28,10 +28,10 @@ verdict lintian "$(lintian --allow-root ./*.changes 2>&1)"
 # What they need and recommend.
 field() { dpkg-deb -f "$1"_*.deb "$2"; }
 lacks() { # NAME FIELD PATTERN
-    [[ ! $(field "$1" "$2") =~ $3 ]] || echo "$2: $(field "$1" "$2")"
+    [[ ! $(field "$1" "$2") =~ $3 ]] || echo "$2: found '$(field "$1" "$2")', wanted no $3"
 }
 has() { # NAME FIELD PATTERN
-    [[ $(field "$1" "$2") =~ $3 ]] || echo "$2: $(field "$1" "$2")"
+    [[ $(field "$1" "$2") =~ $3 ]] || echo "$2: found '$(field "$1" "$2")', wanted $3"
 }
 verdict openimageio-recommended "$(has iblbake Recommends libopenimageio
     lacks iblbake Depends libopenimageio)"

@@ -260,9 +260,9 @@ must('negative light without --sh-window, none with it', darkest(plain) < -.001 
     four.radiance[l * l][0] / plain.radiance[l * l][0], want, 1e-4));
 END
     iblbake $small --target three,babylon-env dusk.hdr -o none 2>err
-    ! grep harmonics err
+    hasnt harmonics err
     iblbake $small --target cesium,gltf --sun dusk.hdr -o sun 2>err
-    ! grep harmonics err
+    hasnt harmonics err
 }
 
 # A light's direction, colour and intensity are those of the sidecar.

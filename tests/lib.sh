@@ -104,6 +104,9 @@ has() { # [-OPTION] PATTERN FILE: a line of the file, as grep finds it
     grep -q "$@" || echo "wanted '${*: -2:1}' in ${*: -1}, found: $(
         head -n 8 "${@: -1}")"
 }
+hasnt() { # PATTERN FILE
+    ! grep -- "$1" "$2" || echo "wanted no '$1' in $2, found the above"
+}
 count() { # N PATTERN FILE: so many lines like it
     is "$1" "$(grep -c -- "$2" "$3")" "lines like '$2' in $3"
 }
