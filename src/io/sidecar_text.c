@@ -20,8 +20,7 @@ const char *ibl_quality_name(ibl_quality quality)
 
 /* ---- levels ------------------------------------------------------------ */
 
-/* How a specular level was made. "environment": it is the environment itself.
- */
+/* How a specular level was made; "environment": it is the map itself. */
 static void put_made(json_t **j, const ibl_specular_report *report, int l)
 {
     const ibl_specular_level *made = &report->level[l];

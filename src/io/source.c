@@ -450,8 +450,7 @@ static ibl_status open_rows(ibl_source *s, const ibl_pixels *pixels,
     return status;
 }
 
-/* memory: the bytes of a file, which must stay until all rows are read, or
- * NULL. */
+/* memory: NULL, or the bytes of a file, which stay until all rows are read. */
 static ibl_status open_source(ibl_ctx *ctx, const char *name,
                               const ibl_input *memory, const ibl_pixels *pixels,
                               const ibl_read_options *given, ibl_source **out)

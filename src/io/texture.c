@@ -406,8 +406,7 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
     return status;
 }
 
-/* The encoder of two halves, twice for each texel: that of RGBA16F has no
- * alpha. */
+/* The encoder of two halves, twice for each texel: RGBA16F's has no alpha. */
 ibl_status ibl_texture_from_lobe_table(ibl_ctx *ctx,
                                        const ibl_lobe_table *table,
                                        ibl_texture *tex)
