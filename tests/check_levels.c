@@ -916,8 +916,7 @@ static void reference(ibl_ctx *ctx, pair *p)
             CHECK_MSG(d.nrmse <= random_of(&l[k]) * (p->map.width < 30 ? 2 : 1),
                       "%s, %s: nRMSE %g", p->name, l[k].name, d.nrmse);
         else
-            CHECK_MSG((d.p95 <= bound || l[k].count < 20) &&
-                          d.worst <= 10 * bound,
+            CHECK_MSG(d.p95 <= bound && d.worst <= 10 * bound,
                       "%s, %s: 95th percentile %g, worst %g, not %g", p->name,
                       l[k].name, d.p95, d.worst, l[k].error);
         CHECK_MSG(!told || !resolved(p, &l[k]) || d.p95 <= 2 * l[k].error,
@@ -932,7 +931,7 @@ static void reference(ibl_ctx *ctx, pair *p)
                   !(missed && p->row->tolerance > IBL_TOLERANCE_DEFAULT),
               "%s: %s", p->name, said.text[IBL_LOG_WARNING]);
 }
-LAW(reference, 12, 1)
+LAW(reference, 13, 1)
 
 /* As samples grow, sampled levels come closer to the exact ones; what stays is
  * the blur of lookups in level 0, whose first order is taken back. */
