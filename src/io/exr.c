@@ -308,6 +308,7 @@ static void look_in_part(exr_reader *file, int part, bool alone,
         snprintf(layer, sizeof layer, "%.*s", (int)length, channel);
         for (int j = 0; j < i && !seen; j++)
             seen = in_layer(list->entries[j].name.str, channel, length);
+        /* Cryptomatte writes layers of crypto and of Crypto. */
         if (seen || strstr(layer, "rypto") ||
             !find_colour(list, channel, length, &this))
             continue;

@@ -89,8 +89,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     const size_t dfd = index + (size_t)tex->levels * sizeof(index_entry);
     const size_t kvd = dfd + d.bytes;
     const size_t kvd_bytes = ibl_keys_write(tex, rows_down, NULL);
-    /* lcm(4, block size); blocks take 4, 8 or 16 bytes, frames begin anywhere
-     */
+    /* lcm(4, block size) of 4, 8 or 16 bytes; frames begin anywhere. */
     const size_t align = tex->zstd ? 1 : ibl_pixel_bytes(tex->pixel);
     ibl_piece frames[IBL_MAX_TEXTURE_LEVELS];
     const size_t head_bytes = (kvd + kvd_bytes + align - 1) / align * align;

@@ -21,8 +21,7 @@ async function work() {
     return run(module, ['iblbake', ...process.argv.slice(2).map(slashes)], {
         fs: { ...fs, openSync: open,
             readSync: (fd, ...rest) => fs.readSync(fd || input, ...rest) },
-        process: process.pid, place: os.hostname(),
-        isTerminal: isatty,
+        process: process.pid, place: os.hostname(), isTerminal: isatty,
         cwd: () => slashes(process.cwd()),
         isGone(pid) {
             try { return !process.kill(pid, 0); } catch (error) { return error.code === 'ESRCH'; }

@@ -188,8 +188,9 @@ $('stop').onclick = () => stopper.abort();
 
 /* Models are shown, every other file is a map. */
 async function take(file) {
-    if (!file || !/\.gl(b|tf)$/i.test(file.name))
-        return file && open(file);
+    if (!file) return; // nothing was picked, or text was dropped
+    if (!/\.gl(b|tf)$/i.test(file.name))
+        return open(file);
     const url = URL.createObjectURL(file);
     await view?.model(url).catch(fail).finally(() => URL.revokeObjectURL(url));
     map ?? $('forest.exr').click();
