@@ -12,6 +12,7 @@ mkdir -p "$tree"
     tar -c -T - | tar -x -C "$tree"
 [ -e "$tree/REVISION" ] || git describe --always --dirty >"$tree/REVISION"
 cp -r packaging/debian "$tree"
+sed '1,4d; s/^$/./; s/^/ /' LICENSE >>"$tree/debian/copyright"
 cat >"$tree/debian/changelog" <<END
 iblbake ($2-1~deb12u1) unstable; urgency=medium
 
