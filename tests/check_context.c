@@ -67,13 +67,13 @@ TEST(quotas)
                       "printf '%s\n' >proc/self/cgroup && "
                       "mkdir -p sys/fs/cgroup/a/b && cd sys/fs/cgroup && %s",
                       cases[i].groups, cases[i].files));
-        const int cpus = ibl_port_cpu_quota(test_dir());
+        const int cpus = (int)ibl_port_quota(test_dir(), "cpu.max");
         CHECK_MSG(cpus == cases[i].cpus, "case %zu: %d", i, cpus);
-        const uint64_t bytes = ibl_port_memory_quota(test_dir());
+        const uint64_t bytes = ibl_port_quota(test_dir(), "memory.max");
         CHECK_MSG(bytes == cases[i].bytes, "case %zu: %llu", i,
                   (unsigned long long)bytes);
     }
-    CHECK(ibl_port_cpu_quota("nowhere") == 0);
+    CHECK(ibl_port_quota("nowhere", "cpu.max") == 0);
     CHECK(ibl_memory_allowed() > 0);
 }
 

@@ -45,13 +45,13 @@ static uint64_t tighter(uint64_t a, uint64_t b)
 
 size_t ibl_memory_allowed(void)
 {
-    return (size_t)tighter(ibl_port_memory(), ibl_port_memory_quota(""));
+    return (size_t)tighter(ibl_port_memory(), ibl_port_quota("", "memory.max"));
 }
 
 int ibl_cpu_count(void)
 {
     const uint64_t cpus = (uint64_t)ibl_port_cpus();
-    const int n = (int)tighter(cpus, (uint64_t)ibl_port_cpu_quota(""));
+    const int n = (int)tighter(cpus, ibl_port_quota("", "cpu.max"));
 
     return n < 1 ? 1 : n < 1024 ? n : 1024;
 }

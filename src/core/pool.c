@@ -131,7 +131,7 @@ ibl_pool *ibl_pool_create(int threads)
         ibl_pool_free(pool);
         return NULL;
     }
-    ibl_port_hold_signals(); /* threads take none */
+    ibl_port_hold_signals(true); /* threads take none */
     for (int i = 1; i < threads; i++) {
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
@@ -140,7 +140,7 @@ ibl_pool *ibl_pool_create(int threads)
             break;
         pool->started++;
     }
-    ibl_port_release_signals();
+    ibl_port_hold_signals(false);
     return pool;
 }
 

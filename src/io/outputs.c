@@ -156,7 +156,7 @@ void ibl_outputs_hold(ibl_outputs *out, const char *directory)
  * that it finds each file of the set. False: the set is aborted. */
 static bool begin_change(ibl_outputs *out)
 {
-    ibl_port_hold_signals();
+    ibl_port_hold_signals(true);
     out->changes = true;
     return !out->aborted;
 }
@@ -164,7 +164,7 @@ static bool begin_change(ibl_outputs *out)
 static void end_change(ibl_outputs *out)
 {
     out->changes = false;
-    ibl_port_release_signals();
+    ibl_port_hold_signals(false);
 }
 
 /* ---- directories ---------------------------------------------------- */

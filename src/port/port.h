@@ -46,10 +46,10 @@ void ibl_port_free(void *p);
 uint64_t ibl_port_memory(void);
 /* CPUs that this process may run on, but for quotas. */
 int ibl_port_cpus(void);
-/* What the groups of this process allow of both, CPUs rounded up; 0: no limit.
- * root is before the paths of system files: "", or a folder in tests. */
-int ibl_port_cpu_quota(const char *root);
-uint64_t ibl_port_memory_quota(const char *root);
+/* The tightest limit of this process's groups: of "cpu.max", rounded up, or of
+ * "memory.max"; 0: no limit. root is before the paths of system files: "", or a
+ * folder in tests. */
+uint64_t ibl_port_quota(const char *root, const char *name);
 
 /* ---- the program --------------------------------------------------------- */
 
@@ -58,10 +58,9 @@ uint64_t ibl_port_memory_quota(const char *root);
  * `leave` first, which makes only system calls. Writes fail at limits of sizes.
  */
 void ibl_port_begin(int argc, char **argv, void (*leave)(void));
-/* Between these no signal stops the calling thread, or threads that it starts,
- * but their own faults. They do not nest. */
-void ibl_port_hold_signals(void);
-void ibl_port_release_signals(void);
+/* Between true and false no signal stops the calling thread, or threads that it
+ * starts, but their own faults. They do not nest. */
+void ibl_port_hold_signals(bool hold);
 /* Tells who runs the program as a part of theirs what share is done, or NULL.
  */
 extern void (*const ibl_port_progress)(double done);

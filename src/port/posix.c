@@ -18,11 +18,6 @@
 
 /* ---- files --------------------------------------------------------------- */
 
-void ibl_port_use_slashes(char *path)
-{
-    (void)path;
-}
-
 bool ibl_port_readable(int file, int milliseconds)
 {
     struct pollfd p = {.fd = file, .events = POLLIN};
@@ -74,7 +69,7 @@ int ibl_port_cpus(void)
 
 static _Thread_local sigset_t held; /* what was blocked before */
 
-void ibl_port_hold_signals(void)
+void ibl_port_hold_signals(bool hold)
 {
     static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
     sigset_t others;
@@ -82,12 +77,7 @@ void ibl_port_hold_signals(void)
     sigfillset(&others);
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
         sigdelset(&others, faults[i]);
-    pthread_sigmask(SIG_SETMASK, &others, &held);
-}
-
-void ibl_port_release_signals(void)
-{
-    pthread_sigmask(SIG_SETMASK, &held, NULL);
+    pthread_sigmask(SIG_SETMASK, hold ? &others : &held, hold ? &held : NULL);
 }
 
 static void (*leaving)(void);

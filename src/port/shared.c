@@ -4,13 +4,22 @@
 #include "port/port.h"
 
 #include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #if __has_include(<sys/mman.h>)
 #include <sys/mman.h>
 #endif
+
+void ibl_port_use_slashes(char *path)
+{
+#ifdef _WIN32
+    while ((path = strchr(path, '\\')))
+        *path = '/';
+#else
+    (void)path;
+#endif
+}
 
 int ibl_port_open(const char *path)
 {
@@ -57,9 +66,8 @@ static uint64_t limit_of(const char *path)
     return read < 1 || !period ? 0 : limit / period + (limit % period != 0);
 }
 
-/* The tightest limit from this process's group up to the root. The group is
- * that of version 2, in a line "0::GROUP". */
-static uint64_t find_limit(const char *root, const char *name)
+/* The group is that of version 2, in a line "0::GROUP". */
+uint64_t ibl_port_quota(const char *root, const char *name)
 {
     char group[4096] = "", path[2 * sizeof group];
     uint64_t best = 0;
@@ -86,15 +94,4 @@ static uint64_t find_limit(const char *root, const char *name)
             return best;
         *slash = '\0';
     }
-}
-
-int ibl_port_cpu_quota(const char *root)
-{
-    const uint64_t cpus = find_limit(root, "cpu.max");
-    return cpus < INT_MAX ? (int)cpus : INT_MAX;
-}
-
-uint64_t ibl_port_memory_quota(const char *root)
-{
-    return find_limit(root, "memory.max");
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * WebAssembly: one thread, in an instance that is thrown away after main. Calls
- * of the C library arrive at src/npm/system.mjs, and what it has no calls for,
- * which is declared here. Nothing can come from outside while it runs, so the
- * host asks to be left when it is called.
+ * WebAssembly, in an instance that is thrown away after main. Calls of the C
+ * library arrive at src/npm/system.mjs, and what it has no calls for, which is
+ * declared here. Each thread has a host of its own, and the first one's has the
+ * files. Nothing can come from outside while it runs, so the host asks to be
+ * left when it is called.
  */
 #include "port/port.h"
 
@@ -23,11 +24,6 @@ long __syscall_open(const char *path, long flags, ...);
 long __syscall_open(const char *path, long flags, ...)
 {
     return host_open(path, (int)flags);
-}
-
-void ibl_port_use_slashes(char *path)
-{
-    (void)path; /* the host has done that */
 }
 
 bool ibl_port_lock_folder(const char *path, int *lock)
@@ -57,14 +53,9 @@ void ibl_port_begin(int argc, char **argv, void (*leave)(void))
     leaving = leave;
 }
 
-void ibl_port_hold_signals(void)
+void ibl_port_hold_signals(bool hold)
 {
-    held = true;
-}
-
-void ibl_port_release_signals(void)
-{
-    held = false;
+    held = hold;
 }
 
 /* Called by the host: whether it can end the program now. */

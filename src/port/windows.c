@@ -159,32 +159,6 @@ int lstat(const char *path, struct stat *st)
     return look_at(path, st, FILE_FLAG_OPEN_REPARSE_POINT);
 }
 
-void ibl_port_use_slashes(char *path)
-{
-    while ((path = strchr(path, '\\')))
-        *path = '/';
-}
-
-char *realpath(const char *path, char *real)
-{
-    const HANDLE h = open_path(path, 0, OPEN_EXISTING, 0);
-    DWORD length = 0;
-
-    if (h != INVALID_HANDLE_VALUE)
-        length = GetFinalPathNameByHandleA(h, real, IBL_PORT_PATH, 0);
-    fail();
-    CloseHandle(h);
-    if (!length || length >= IBL_PORT_PATH)
-        return NULL;
-    /* It begins with \\?\, or with \\?\UNC\ of another machine's. */
-    ibl_port_use_slashes(real);
-    if (!strncmp(real, "//?/UNC/", 8))
-        memmove(real + 2, real + 8, length - 7);
-    else if (!strncmp(real, "//?/", 4))
-        memmove(real, real + 4, length - 3);
-    return real;
-}
-
 /* Folders have no locks: a file that goes when it is closed is one. While it
  * goes, access is denied, as also in folders that cannot be written. */
 bool ibl_port_lock_folder(const char *path, int *lock)
@@ -221,12 +195,9 @@ int ibl_port_cpus(void)
 /* ---- the program --------------------------------------------------------- */
 
 /* Ctrl-C comes on a thread of its own, which waits for changes of others. */
-void ibl_port_hold_signals(void)
+void ibl_port_hold_signals(bool hold)
 {
-}
-
-void ibl_port_release_signals(void)
-{
+    (void)hold;
 }
 
 static void (*leaving)(void);

@@ -5,6 +5,7 @@
 #define IBL_PORT_WINDOWS_H
 
 #define _GNU_SOURCE
+#include <errno.h>
 #include <fcntl.h>
 #include <malloc.h>
 #include <stdint.h>
@@ -41,7 +42,7 @@ int rename(const char *from, const char *to);
 #define mkdir(path, ...) _mkdir(path)
 int _mkdir(const char *path);
 #define fsync _commit
-char *realpath(const char *path, char *real); /* of IBL_PORT_PATH bytes */
+#define realpath(path, real) (errno = ENOSYS, (char *)NULL)
 ssize_t pread(int file, void *to, size_t size, off_t offset);
 
 #define aligned_alloc(alignment, bytes) _aligned_malloc(bytes, alignment)
