@@ -283,7 +283,7 @@ $(BUILD)/iblbake.wasm: $(call obj,$(CLI_SRC)) $(CLI_GEN) $(LIB) $(WASM_LIBS)
 	emcc -O2 -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB -sINITIAL_MEMORY=64MB \
 	    -sTOTAL_STACK=1MB -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWASM_BIGINT \
 	    -sEXPORTED_FUNCTIONS=_main,_setThrew,stackSave,stackRestore \
-	    -o $@ $^
+	    -o $@ $^ $(LDLIBS)
 
 # C++. Left out, with a word, where OpenImageIO is not installed.
 .PHONY: bridge

@@ -5,21 +5,31 @@
 set -eu
 export NODE_PATH=/usr/share/nodejs # where Debian's emcc finds what it needs
 export PKG_CONFIG_LIBDIR=/nowhere # that of this system
-wasm=$1/wasm package=$1/npm/package
-# The compiler itself: emcc takes half a second to call it.
-cc="clang $(emcc --cflags)"
-flags='-Os -msimd128 -mbulk-memory -DNDEBUG'
-CC=$cc AR=emar CFLAGS="$flags -DZSTD_NO_INLINE -DHUF_FORCE_DECOMPRESS_X1 \
-    -DZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT" sh packaging/libraries.sh "$1/sources" "$wasm/deps"
-${MAKE:-make} -s -j"$(nproc)" DEPS=no PORT=wasm BUILD="$wasm" PORT_FLAGS= CC="$cc" AR=emar \
-    CFLAGS="$flags" HOT=-O3 CPPFLAGS="-isystem $wasm/deps/include" \
-    DEFLATE=libdeflate WARN=-w CWARN= "$wasm/iblbake.wasm"
+package=$1/npm/package lib=$(em-config CACHE)/sysroot/lib/wasm32-emscripten
+build() { # OUT LDLIBS FLAGS: OUT/iblbake.wasm
+    # The compiler itself: emcc takes half a second to call it.
+    cc="clang $(emcc --cflags) $3" flags='-Os -msimd128 -mbulk-memory -DNDEBUG'
+    CC=$cc AR=emar CFLAGS="$flags -DZSTD_NO_INLINE -DHUF_FORCE_DECOMPRESS_X1 \
+        -DZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT" \
+        sh packaging/libraries.sh "${1%/*}/sources" "$1/deps"
+    ${MAKE:-make} -s -j"$(nproc)" DEPS=no PORT=wasm BUILD="$1" PORT_FLAGS= CC="$cc" AR=emar \
+        CFLAGS="$flags" HOT=-O3 CPPFLAGS="-isystem $1/deps/include" LDLIBS="$2" \
+        DEFLATE=libdeflate WARN=-w CWARN= "$1/iblbake.wasm"
+}
+build "$1/wasm" '' '' # for pages, of one thread
+# emcc has threads only with a host of its own; the C library's parts that need no
+# host's help are those of one thread.
+build "$1/threads" "-sIMPORTED_MEMORY -nostdlib -Wl,--shared-memory,--no-check-features \
+    -Wl,--export=_emscripten_thread_init,--export=_emscripten_thread_exit \
+    -Wl,--export=emscripten_tls_init $lib/crt1.o $lib/crtbegin.o -lstandalonewasm-memgrow \
+    -lstubs -lc-mt -ldlmalloc-mt -lcompiler_rt-mt" '-pthread -matomics'
 rm -rf "$package"
 mkdir -p "$package/bin"
 cp src/npm/index.mjs src/npm/index.d.ts src/npm/system.mjs src/npm/memory.mjs \
-    src/npm/worker.mjs src/npm/README.md LICENSE "$wasm/iblbake.wasm" "$package"
+    src/npm/worker.mjs src/npm/README.md LICENSE "$1/wasm/iblbake.wasm" "$package"
+cp "$1/threads/iblbake.wasm" "$package/threads.wasm"
 cp src/npm/iblbake.cjs "$package/bin"
-cp "$wasm/deps/licences.txt" "$package/LICENSES-of-libraries.txt"
+cp "$1/wasm/deps/licences.txt" "$package/LICENSES-of-libraries.txt"
 chmod 755 "$package/bin/iblbake.cjs"
 sed "s/@VERSION@/$2/" src/npm/package.json.in >"$package/package.json"
 cd "$1/npm"

@@ -28,7 +28,7 @@ test_cases() {
         grep FAILED cases
     grep -qE '^[1-9][0-9]+ passed' cases || tail -n 1 cases
 }
-export EXCEPT='odd names|unprivileged|ulimit|TIFF|oiiotool|-isa|--threads'
+export EXCEPT='odd names|unprivileged|ulimit|TIFF|oiiotool|-isa'
 
 # Halves differ by one step at most, of few.
 compare() { # FOLDER FOLDER
@@ -54,6 +54,15 @@ test_same_as_native() {
         # shellcheck disable=SC2086
         "$npm" -q "$top/data/sky.exr" -o wasm $set
         compare native wasm
+    done
+}
+
+# The first thread has the files.
+test_threads() {
+    local j
+    for j in 1 3 40; do
+        "$npm" -q -j $j "$top/data/sky.exr" -o $j --method sampled --samples 64 --zstd 3
+        diff -r 1 $j
     done
 }
 
@@ -114,11 +123,12 @@ test_interrupted() {
 }
 
 test_sizes() { # the bars of issue 44
-    local wasm glue
+    local wasm threads glue
     wasm=$(brotli -c -q 11 -w 24 "$package/iblbake.wasm" | wc -c)
+    threads=$(brotli -c -q 11 -w 24 "$package/threads.wasm" | wc -c)
     glue=$(cat "$package"/*.mjs | gzip -9 | wc -c)
-    [ "$wasm" -le 620000 ] && [ "$glue" -le 30000 ] ||
-        echo "found $wasm and $glue bytes, wanted 620000 and 30000 at most"
+    [ "$wasm" -le 620000 ] && [ "$threads" -le 620000 ] && [ "$glue" -le 30000 ] ||
+        echo "found $wasm, $threads and $glue bytes, wanted 620000 and 30000 at most"
 }
 
 test_functions() {

@@ -129,7 +129,7 @@ files '^src/.*\.(c|h|cpp)$' | xargs grep -H '^#include "' |
     cat "$build/circles.txt"
     complain 'modules include each other in a circle'
 }
-grep -rn pthread_create src | grep -vE '^src/(core/pool|cli/batch|view/baked_set)\.c' &&
+grep -rn --include="*.[ch]" pthread_create src | grep -vE '^src/(core/pool|cli/batch|view/baked_set)\.c' &&
     complain 'threads are started in core/pool.c, cli/batch.c and view/baked_set.c
 only'
 

@@ -2,7 +2,8 @@
 // The functions of the package of npm: prints what they do wrong.
 import assert from 'node:assert';
 import fs from 'node:fs';
-import { Worker } from 'node:worker_threads';
+import { syncBuiltinESMExports } from 'node:module';
+import threading, { Worker } from 'node:worker_threads';
 import { bake, convert, info, run, verify } from 'iblbake';
 
 const bytes = fs.readFileSync(process.argv[2]), name = 'forest.exr';
@@ -21,10 +22,23 @@ assert.equal(report.source.path, name);
 assert.equal(log, '');
 assert(shares.length > 4 && shares.at(-1) === 1 && shares.every(s => s >= 0 && s <= 1));
 
-// A blob is taken too, runs beside each other give the same, lists have commas.
-const again = await Promise.all([1, 2].map(() => bake(new Blob([bytes]), { name,
-    size: 32, irradianceSize: 8, only: 'specular,irradiance,json' })));
+// Threads change no byte. A blob is taken too, runs beside each other give the same, lists have commas.
+const again = await Promise.all([1, 2, 5].map(threads => bake(new Blob([bytes]), { name,
+    threads, size: 32, irradianceSize: 8, only: 'specular,irradiance,json' })));
 for (const one of again) assert.deepEqual(one.files, files);
+
+// As many threads begin as are asked for, but for some that rest.
+let threads = 0;
+threading.Worker = class extends Worker {
+    constructor(...given) {
+        super(...given);
+        threads++;
+    }
+};
+syncBuiltinESMExports();
+assert.deepEqual((await bake(bytes, { name, threads: 9, only: 'lut' })).files['brdf_lut.ktx2'],
+    (await bake(bytes, { name, only: 'lut' })).files['brdf_lut.ktx2']);
+assert(threads > 4);
 
 const texture = files['forest_specular.ktx2'];
 assert.equal((await info(texture, { name: 'a.ktx2' })).report.files[0].width, 32);
@@ -54,6 +68,6 @@ assert.equal((await run(['verify'])).status, 2);
 const stop = new AbortController(), begun = performance.now();
 setTimeout(() => stop.abort(), 200);
 await assert.rejects(bake(bytes, { name, pixel: 'bc6h', quality: 'best', size: 2048,
-    signal: stop.signal }), { name: 'AbortError' });
+    threads: 3, signal: stop.signal }), { name: 'AbortError' });
 assert(performance.now() - begun < 10000);
 await assert.rejects(bake(bytes, { signal: AbortSignal.abort() }), { name: 'AbortError' });

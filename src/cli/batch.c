@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Bakes many environments. Small ones are baked side by side, each by one
- * thread; large ones one after the other, each by all threads. The tables,
- * which all share, are made once. Each environment has its own set of outputs,
- * so those of finished ones stay if a later one fails.
+ * Bakes many environments: small ones side by side, each by one thread; large
+ * ones, and all where threads share no files, one after the other, by all
+ * threads. The tables, which all share, are made once. Each environment has its
+ * own set of outputs, so those of finished ones stay if a later one fails.
  */
 #include <math.h>
 #include <pthread.h>
@@ -16,6 +16,7 @@
 #include "common/path.h"
 #include "common/process.h"
 #include "common/signals.h"
+#include "port/port.h"
 #include "json/json_text.h"
 
 #define LARGE_PIXELS (4096.0 * 2048) /* more are baked by all threads */
@@ -98,8 +99,7 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     print_event(b, event);
 }
 
-/* The last lines: which maps failed, whose reasons were printed before, and
- * how many were looked at. */
+/* The last lines: which maps failed, for reasons printed before, and sums. */
 static void print_sum(const batch *b)
 {
     char pruned[32] = "", text[160];
@@ -182,7 +182,8 @@ static ibl_map *take(batch *b, worker **w)
 {
     while (!b->stopped && b->next < b->to_bake) {
         ibl_map *m = &b->maps.list[b->order[b->next]];
-        const bool large = m->pixels > LARGE_PIXELS || b->to_bake < b->count;
+        const bool large = !ibl_port_shares_files || m->pixels > LARGE_PIXELS ||
+                           b->to_bake < b->count;
         m->threads = large ? b->count : 1;
         if (!b->busy || (b->busy + m->threads <= b->count &&
                          b->bytes + m->bytes <= b->most_bytes)) {
@@ -244,7 +245,8 @@ static bool bake_maps(batch *b)
 
     b->begun = ibl_now();
     for (; b->started < b->count && b->started < b->to_bake; b->started++)
-        if (pthread_create(&b->workers[b->started].thread, NULL, work,
+        if (!ibl_port_shares_files ||
+            pthread_create(&b->workers[b->started].thread, NULL, work,
                            &b->workers[b->started]))
             break;
     if (!b->started) { /* there are no threads to have */
@@ -442,7 +444,5 @@ int ibl_batch_run(const ibl_cmdline *line)
     free(b.workers);
     free(b.order);
     ibl_maps_free(&b.maps);
-    pthread_cond_destroy(&b.changed);
-    pthread_mutex_destroy(&b.lock);
     return status;
 }

@@ -132,10 +132,12 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_input *in)
     ibl_status status = why ? ibl_reject(in, IBL_ERR_IO, "%s", why) : IBL_OK;
     if (!status && named && regular && st.st_size >= FIRST_BYTES) {
         in->size = (size_t)st.st_size;
-        return IBL_OK;
-    }
-    if (!status) /* files of /proc report a size of 0 */
+        if (ibl_port_shares_files)
+            return IBL_OK;
+        status = ibl_input_load(in);
+    } else if (!status) { /* files of /proc report a size of 0 */
         status = read_stream(in);
+    }
     if (named)
         close(in->fd);
     in->fd = -1;
@@ -224,12 +226,11 @@ void ibl_input_close(ibl_input *in)
 
 ibl_status ibl_file_hash(const ibl_input *in, char hash[IBL_FILE_HASH])
 {
-    if (!in->bytes) {
-        const int error = ibl_hash_file(in->name, hash);
-        return error ? ibl_input_unread(in, error) : IBL_OK;
-    }
-    ibl_hash_bytes(in->bytes, in->size, hash);
-    return IBL_OK;
+    const int error = in->bytes ? 0 : ibl_hash_file(in->name, hash);
+
+    if (in->bytes)
+        ibl_hash_bytes(in->bytes, in->size, hash);
+    return error ? ibl_input_unread(in, error) : IBL_OK;
 }
 
 bool ibl_take_number(char **t, double *value)

@@ -546,14 +546,12 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
         goto done;
     }
     status = ibl_texture_pieces(out->ctx, &w.tex, container, &w.file);
-    if (!status)
-        status = begin_file(out, path, &w.s, &w.fd);
-    if (status)
+    if (status || (status = begin_file(out, path, &w.s, &w.fd)))
         goto done;
     if (size)
         *size = w.file.size;
     out->later = w;
-    if (!ibl_task_start(out->ctx, write_later, out))
+    if (!ibl_port_shares_files || !ibl_task_start(out->ctx, write_later, out))
         write_later(out, 0, 0);
     return IBL_OK;
 

@@ -1,15 +1,16 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: MIT
-// The command. The program runs in a thread beside this one, so that signals
+// The command. The program runs in threads beside this one, so that signals
 // reach it: it then removes what it has begun, and the process dies of them.
-const { Worker, isMainThread, parentPort, workerData: stop } = require('node:worker_threads');
+const { Worker, isMainThread, parentPort, workerData } = require('node:worker_threads');
 const fs = require('node:fs'), os = require('node:os'), path = require('node:path');
 
-async function work() {
+async function work({ stop, thread }) {
     const { run } = await import('../system.mjs');
+    if (thread) return run(thread.module, [], {}, thread);
     // Few runs pay for the optimizer.
     require('node:v8').setFlagsFromString('--wasm-tiering-budget=100000000');
-    const module = new WebAssembly.Module(fs.readFileSync(path.join(__dirname, '../iblbake.wasm')));
+    const module = new WebAssembly.Module(fs.readFileSync(path.join(__dirname, '../threads.wasm')));
     const slashes = arg => process.platform === 'win32' ? arg.replaceAll('\\', '/') : arg;
     // No call waits for another program, so that signals are looked at meanwhile.
     const { isatty } = require('node:tty'), { O_RDONLY, O_NONBLOCK } = fs.constants;
@@ -27,17 +28,23 @@ async function work() {
             try { return !process.kill(pid, 0); } catch (error) { return error.code === 'ESRCH'; }
         },
         interrupted: () => Atomics.load(stop, 0) && 128,
+        // Each takes some 30 ms of a CPU to begin.
+        cpus: Math.min(os.availableParallelism?.() ?? os.cpus().length, 8),
+        spawn: thread => parentPort.postMessage({ thread }),
     });
 }
 
 function main() {
     const stop = new Int32Array(new SharedArrayBuffer(4));
-    const worker = new Worker(__filename, { argv: process.argv.slice(2), workerData: stop });
+    const begin = data => new Worker(__filename, { argv: process.argv.slice(2), workerData: data })
+        .on('error', error => {
+            fs.writeSync(2, `iblbake: ${error.message}\n`);
+            process.exit(1);
+        });
+    const worker = begin({ stop });
     let died;
-    worker.on('message', status => { process.exitCode = status; });
-    worker.on('error', error => {
-        process.stderr.write(`iblbake: ${error.message}\n`);
-        process.exitCode = 1;
+    worker.on('message', ({ thread, status }) => {
+        thread ? begin({ thread }).unref() : process.exitCode = status;
     });
     const die = () => process.removeAllListeners(died) && process.kill(process.pid, died);
     worker.on('exit', () => died && die());
@@ -51,4 +58,4 @@ function main() {
 }
 
 if (isMainThread) main();
-else work().then(status => parentPort.postMessage(status));
+else work(workerData).then(status => parentPort.postMessage({ status }));

@@ -6,6 +6,8 @@ export interface Options {
     /** Name of the input: its ending says nothing, its stem names the outputs. */
     name?: string;
     onProgress?: (share: number) => void;
+    /** Threads of the run, in node: 1 unless this says more. Pages have one. */
+    threads?: number;
     /** Ends the run at once, which then rejects with the signal's reason. */
     signal?: AbortSignal;
     [option: string]: unknown;

@@ -7,7 +7,8 @@ const wasm = new URL('./iblbake.wasm', import.meta.url), ENVIRONMENT = 'environm
 let compiled;
 async function compile() {
     const bytes = node
-        ? await (await import(/* webpackIgnore: true */ 'node:fs/promises')).readFile(wasm)
+        ? await (await import(/* webpackIgnore: true */ 'node:fs/promises'))
+            .readFile(new URL('threads.wasm', wasm))
         : await fetch(wasm).then(r => r.ok ? r.arrayBuffer()
             : Promise.reject(new Error(`${wasm}: ${r.status} ${r.statusText}`)));
     return WebAssembly.compile(bytes);
@@ -31,27 +32,32 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
     signal?.throwIfAborted();
     const ready = compiled ??= compile();
     ready.catch(() => { compiled = undefined; });
-    const t = await thread();
+    const used = []; // the run's thread, and those that it begins
     let stop;
     try {
         const result = await new Promise((resolve, reject) => {
             stop = () => reject(signal.reason);
             signal?.addEventListener('abort', stop);
             if (signal?.aborted) stop();
-            t.ref?.();
-            const take = async data => 'done' in data ? onProgress?.(data.done) : resolve(data);
-            t.onmessage = ({ data }) => take(data).catch(reject);
-            t.onerror = event => reject(event.error ?? event);
-            ready.then(module => t.postMessage({ module, args, files })).catch(reject);
+            const begin = async task => {
+                const t = await used[used.push(thread()) - 1];
+                t.ref?.();
+                t.onmessage = ({ data }) => take(data).catch(reject);
+                t.onerror = event => reject(event.error ?? event);
+                t.postMessage(await task);
+            };
+            const take = async data => 'done' in data ? onProgress?.(data.done)
+                : data.thread ? begin(data) : resolve(data);
+            begin(ready.then(module => ({ module, args, files }))).catch(reject);
         });
-        t.unref?.();
-        resting.length < 4 ? resting.push(t) : t.terminate();
+        if (resting.length < 4) {
+            resting.push(await used.shift());
+            resting.at(-1).unref?.();
+        }
         return result;
-    } catch (error) {
-        t.terminate();
-        throw error;
     } finally {
         signal?.removeEventListener('abort', stop);
+        for (const t of used) t.then(t => t.terminate(), () => {});
     }
 }
 

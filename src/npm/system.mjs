@@ -11,22 +11,24 @@ const ERRNO = {
 };
 const O_WRITE = 1, O_EXCLUSIVE = 0o200, O_FOLDER = 0o200000;
 const TERMINAL = 2, FOLDER = 3, FILE = 4, big = { bigint: true };
+const STACK = 44; // in the C library's struct of a thread
 
 // Runs `module` with arguments; returns its exit status.
 //   fs, cwd, isTerminal       as of node
-//   process, isGone, place    see port.h
+//   process, isGone, place, cpus   see port.h
+//   spawn                     is given what another thread runs as `thread`; it waits
 //   progress                  is told the share that is done
 //   interrupted               asked now and then: a status to exit with, or 0
-export function run(module, args, host) {
+export function run(module, args, host, thread) {
     const { fs } = host;
     const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0 }]));
     const encoder = new TextEncoder(), decoder = new TextDecoder();
-    let exports, view, bytes, leaving = 0;
+    let exports, memory, view, bytes, leaving = 0, left = 63, kept = 0;
 
     const look = () => { // the memory moves when it grows
-        if (bytes?.buffer !== exports.memory.buffer) {
-            bytes = new Uint8Array(exports.memory.buffer);
-            view = new DataView(exports.memory.buffer);
+        if (bytes?.buffer !== memory.buffer) {
+            bytes = new Uint8Array(memory.buffer);
+            view = new DataView(memory.buffer);
         }
         const status = !leaving && host.interrupted?.();
         if (status) leave(status);
@@ -139,7 +141,7 @@ export function run(module, args, host) {
             });
         },
         clock_time_get(clock, precision, at) {
-            const ms = clock ? performance.now() : performance.timeOrigin + performance.now();
+            const ms = performance.timeOrigin + performance.now();
             view.setBigUint64(at, BigInt(Math.round(ms * 1e6)), true);
         },
         fd_read(fd, pieces, count, got) {
@@ -169,7 +171,15 @@ export function run(module, args, host) {
             bytes.fill(0, at, at + 24);
             bytes[at] = file(fd).names ? FOLDER : host.isTerminal(fd) ? TERMINAL : FILE;
         },
-        proc_exit(status) { throw { status }; }, // through the program
+        proc_exit(status) { throw thread ? Error('aborted') : { status }; },
+        setTempRet0(value) { kept = value; },
+        getTempRet0: () => kept,
+        __emscripten_init_main_thread_js(at) { enter(at, 1); },
+        _emscripten_default_pthread_stack_size: () => 1 << 20,
+        __pthread_create_js(at, attributes, start, given) {
+            if (!host.spawn || !left--) fail('EAGAIN');
+            host.spawn({ module, memory, at, start, given });
+        },
     };
     const iblbake = {
         open: guard((path, flags) => {
@@ -183,8 +193,14 @@ export function run(module, args, host) {
         }, -1),
         process: () => host.process,
         is_gone: process => { look(); return host.isGone(process) ? 1 : 0; },
+        cpus: () => host.cpus ?? 1,
         place: (at, room) => { look(); put(at, host.place, room); },
         progress: done => { look(); host.progress?.(done); },
+    };
+    const enter = (at, main) => {
+        exports._emscripten_thread_init(at, 0, main, 1, 0);
+        if (!main) exports.stackRestore(view.getUint32(at + STACK, true));
+        exports.emscripten_tls_init();
     };
     // Functions that libraries longjmp out of are called by `invoke`.
     const longjmp = () => { throw longjmp; };
@@ -200,14 +216,22 @@ export function run(module, args, host) {
     };
 
     const imports = { env: {}, wasi_snapshot_preview1: {}, iblbake };
-    for (const { module: from, name } of WebAssembly.Module.imports(module)) {
+    for (const { module: from, name, kind } of WebAssembly.Module.imports(module)) {
+        if (kind === 'memory')
+            memory = imports.env[name] = thread?.memory
+                ?? new WebAssembly.Memory({ initial: 1024, maximum: 65536, shared: true });
         const call = guard(system[name] ?? (() => fail('ENOSYS')), from === 'env' ? -1 : 1);
         imports[from][name] ??= name.startsWith('invoke_') ? invoke
             : name === '_emscripten_throw_longjmp' ? longjmp : call;
     }
     exports = new WebAssembly.Instance(module, imports).exports;
+    memory ??= exports.memory;
     try {
-        exports._start();
+        if (!thread) return exports._start() ?? 0;
+        look();
+        enter(thread.at, 0);
+        const begin = exports.__indirect_function_table.get(thread.start);
+        exports._emscripten_thread_exit(begin(thread.given));
         return 0;
     } catch (error) {
         if (error.status === undefined) throw error;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A thread of index.mjs, in node and in browsers: runs a program for a message.
+// A thread of index.mjs, in node and in browsers: runs a program for a message, or a
+// thread of one.
 import { run } from './system.mjs';
 import { memory } from './memory.mjs';
 
@@ -7,7 +8,8 @@ const node = globalThis.process?.versions?.node;
 const port = node ? (await import(/* webpackIgnore: true */ 'node:worker_threads')).parentPort
     : globalThis;
 
-port.onmessage = ({ data: { module, args, files } }) => {
+port.onmessage = ({ data: { module, args, files, thread } }) => {
+    if (thread) return run(thread.module, [], {}, thread);
     const said = ['', '', ''], decoders = said.map(() => new TextDecoder());
     const fs = memory(files, (fd, bytes) => {
         said[fd] += decoders[fd].decode(bytes, { stream: true });
@@ -15,7 +17,7 @@ port.onmessage = ({ data: { module, args, files } }) => {
     try {
         const status = run(module, ['iblbake', ...args], {
             fs, isTerminal: () => false, process: 1, isGone: () => false, place: '',
-            cwd: () => '/', progress: done => port.postMessage({ done }),
+            cwd: () => '/', spawn: thread => port.postMessage({ thread }), progress: done => port.postMessage({ done }),
         });
         const made = fs.made();
         port.postMessage({ status, files: made, stdout: said[1], stderr: said[2] },

@@ -35,6 +35,8 @@ bool ibl_port_readable(int file, int milliseconds);
 bool ibl_port_lock_folder(const char *path, int *lock);
 /* True also of folders that cannot be flushed. */
 bool ibl_port_flush_folder(const char *path);
+/* Whether a thread can use a file that another one has opened. */
+extern const bool ibl_port_shares_files;
 
 /* ---- memory, CPUs -------------------------------------------------------- */
 

@@ -49,6 +49,8 @@ bool ibl_port_flush_folder(const char *path)
     return ok;
 }
 
+const bool ibl_port_shares_files = true;
+
 /* ---- memory -------------------------------------------------------------- */
 
 uint64_t ibl_port_memory(void)

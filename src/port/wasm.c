@@ -14,6 +14,7 @@
 
 HOST("process") int host_process(void);
 HOST("is_gone") int host_is_gone(int process);
+HOST("cpus") int host_cpus(void);
 HOST("place") void host_place(char *text, int size);
 HOST("progress") void host_progress(double done);
 HOST("open") int host_open(const char *path, int flags);
@@ -33,6 +34,8 @@ bool ibl_port_lock_folder(const char *path, int *lock)
     return true;
 }
 
+const bool ibl_port_shares_files = false;
+
 uint64_t ibl_port_memory(void)
 {
     return UINT32_MAX;
@@ -40,7 +43,7 @@ uint64_t ibl_port_memory(void)
 
 int ibl_port_cpus(void)
 {
-    return 1;
+    return host_cpus();
 }
 
 static void (*leaving)(void);

@@ -179,6 +179,8 @@ bool ibl_port_lock_folder(const char *path, int *lock)
     }
 }
 
+const bool ibl_port_shares_files = true;
+
 /* ---- memory, CPUs -------------------------------------------------------- */
 
 uint64_t ibl_port_memory(void)

@@ -12,7 +12,6 @@ const copy = (from, to) => fs.cpSync(from, path.join(out, to), {recursive: true}
 
 fs.rmSync(out, {recursive: true, force: true});
 copy(here, '.');
-fs.rmSync(path.join(out, 'build.mjs'));
 for (const name of ['forest.exr', 'sky.exr', 'knot.glb'])
     copy(path.join(here, '../../../data', name), 'data/' + name);
 for (const name of ['LICENSE', 'build/three.module.js', 'build/three.core.js',
@@ -21,6 +20,8 @@ for (const name of ['LICENSE', 'build/three.module.js', 'build/three.core.js',
         'utils/SkeletonUtils'].map(file => `examples/jsm/${file}.js`)])
     copy(path.join(modules, 'three', name), 'three/' + name);
 copy(baker, 'iblbake');
+for (const name of ['build.mjs', 'iblbake/threads.wasm'])
+    fs.rmSync(path.join(out, name));
 
 /* The program's lines for the reflections of three.js, as a module. */
 const [lines] = execFileSync(process.execPath, [
