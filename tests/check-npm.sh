@@ -109,6 +109,8 @@ test_batch() {
     has 'kept 2' log
     "$native" -q --isa c maps -o native-batch --size 16
     compare native-batch batch
+    "$npm" -q --from <(printf '%s\n' maps/*) -o listed --size 16
+    diff -r batch listed | grep -v '^Only in batch: .iblbake$'
 }
 
 test_interrupted() {

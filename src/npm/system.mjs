@@ -21,7 +21,7 @@ const STACK = 44; // in the C library's struct of a thread
 //   interrupted               asked now and then: a status to exit with, or 0
 export function run(module, args, host, thread) {
     const { fs } = host;
-    const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0 }]));
+    const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0, pipe: true }]));
     const encoder = new TextEncoder(), decoder = new TextDecoder();
     let exports, memory, view, bytes, leaving = 0, left = 63, kept = 0;
 
@@ -70,24 +70,25 @@ export function run(module, args, host, thread) {
         view.setUint32(result, all, true);
         return all;
     };
-    const patiently = (fd, call) => {
+    const patiently = (f, call) => {
         for (;;) {
             try {
                 return call();
             } catch (error) {
                 if (error.code === 'EOF') return 0; // a pipe's, on Windows
-                if (error.code === 'EPIPE' && fd < 3) leave(141);
-                if (error.code !== 'EAGAIN') throw error;
+                if (error.code === 'EPIPE' && f.fd < 3) leave(141);
+                if (error.code === 'ESPIPE' && !f.pipe) f.pipe = true;
+                else if (error.code !== 'EAGAIN') throw error;
                 Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
                 look();
             }
         }
     };
-    const read = ({ fd }, into, at) =>
-        patiently(fd, () => fs.readSync(fd, into, 0, into.length, at));
-    const write = ({ fd }, from) => {
+    const read = (f, into, at) => patiently(f, () =>
+        fs.readSync(f.fd, into, 0, into.length, f.pipe ? null : at));
+    const write = (f, from) => {
         for (let done = 0; done < from.length;)
-            done += patiently(fd, () => fs.writeSync(fd, from, done, from.length - done));
+            done += patiently(f, () => fs.writeSync(f.fd, from, done, from.length - done));
         return from.length;
     };
     const stat = (at, s) => {
@@ -146,7 +147,7 @@ export function run(module, args, host, thread) {
         },
         fd_read(fd, pieces, count, got) {
             const f = file(fd);
-            f.at += each(pieces, count, got, (to, n) => read(f, to, fd ? f.at + n : null));
+            f.at += each(pieces, count, got, (to, n) => read(f, to, f.at + n));
         },
         fd_pread(fd, pieces, count, at, got) {
             each(pieces, count, got, (to, n) => read(file(fd), to, Number(at) + n));
