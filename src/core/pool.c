@@ -42,7 +42,7 @@ typedef struct batch {
 } batch;
 
 struct ibl_pool {
-    int started; /* threads started, without the caller's */
+    int threads, started; /* that may be started, and are: the caller's not */
     struct worker *workers;
     int begun;
     pthread_mutex_t lock; /* guards opening of batches and all fields below */
@@ -131,16 +131,7 @@ ibl_pool *ibl_pool_create(int threads)
         ibl_pool_free(pool);
         return NULL;
     }
-    ibl_port_hold_signals(true); /* threads take none */
-    for (int i = 1; i < threads; i++) {
-        struct worker *w = &pool->workers[pool->started];
-        w->pool = pool;
-        w->index = i;
-        if (pthread_create(&w->thread, NULL, worker_main, w))
-            break;
-        pool->started++;
-    }
-    ibl_port_hold_signals(false);
+    pool->threads = threads - 1;
     return pool;
 }
 
@@ -162,11 +153,21 @@ void ibl_pool_free(ibl_pool *pool)
     ibl_free(pool);
 }
 
-/* Opens a batch; wakes up to `wanted` sleeping workers. */
+/* Opens a batch; wakes up to `wanted` workers, and starts those that lack. */
 static void open_batch(ibl_pool *pool, int which, int jobs, int wanted,
                        ibl_job_fn *fn, void *arg)
 {
     batch *b = &pool->batches[which];
+    while (pool->started < pool->threads && pool->started < wanted) {
+        struct worker *w = &pool->workers[pool->started];
+        *w = (struct worker){.pool = pool, .index = pool->started + 1};
+        ibl_port_hold_signals(true); /* it takes none */
+        if (pthread_create(&w->thread, NULL, worker_main, w))
+            pool->threads = pool->started;
+        else
+            pool->started++;
+        ibl_port_hold_signals(false);
+    }
     pthread_mutex_lock(&pool->lock);
     b->fn = fn;
     b->arg = arg;
@@ -222,7 +223,7 @@ void ibl_pool_end(ibl_pool *pool)
 
 bool ibl_pool_start(ibl_pool *pool, ibl_job_fn *fn, void *arg)
 {
-    if (!pool->started || pool->has_task)
+    if (!pool->threads || pool->has_task)
         return false;
     pool->has_task = true;
     open_batch(pool, TASK, 1, 1, fn, arg);

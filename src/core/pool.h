@@ -15,8 +15,8 @@ typedef void ibl_job_fn(void *arg, int job, int worker);
 typedef bool ibl_tick_fn(void *arg, int done, int jobs);
 
 /* NULL: no memory. The thread that calls ibl_pool_run is one of the threads;
- * the others block signals, and those that the system does not have do not
- * work. */
+ * the others start when there is work and block signals; a system may have
+ * fewer. */
 ibl_pool *ibl_pool_create(int threads);
 void ibl_pool_free(ibl_pool *pool); /* NULL is allowed */
 
