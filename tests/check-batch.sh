@@ -143,6 +143,8 @@ test_failures() {
     is 'iblbake: 2 of 6 maps failed:
 iblbake: failed: m/n_bad.hdr
 iblbake: failed: m/sic.hdr' "$(tail -n 3 err)"
+    iblbake -q -j 1 $options m/n_bad.hdr m/sun.hdr -o many --keep-going 2>err
+    lines 3 err
     # Without it the first failure is the end, with one line of it.
     iblbake -q -j 1 $options m/map1.hdr m/n_bad.hdr m/sun.hdr -o first 2>err
     status=$?

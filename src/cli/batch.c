@@ -99,7 +99,7 @@ static void print_map(const batch *b, const ibl_map *m, double seconds,
     print_event(b, event);
 }
 
-/* The last lines: which maps failed, for reasons printed before, and sums. */
+/* The last lines: which maps failed, whose reasons were printed, and counts. */
 static void print_sum(const batch *b)
 {
     char pruned[32] = "", text[160];
@@ -432,7 +432,7 @@ int ibl_batch_run(const ibl_cmdline *line)
     const bool ok = start(&b) && ibl_maps_list(line, &b.console, &b.maps) &&
                     plan(&b) && run(&b);
     for (worker *w = b.workers; w <= b.shared; w++)
-        b.console.failed |= w->run.console.failed; /* was told of */
+        b.console.failed |= w->run.console.failed || b.failed; /* was told */
     const int status = ibl_console_end(&b.console, ok);
     print_sum(&b);
     if (b.tables)
