@@ -21,7 +21,7 @@ build "$1/wasm" '' '' # for pages, of one thread
 # host's help are those of one thread.
 build "$1/threads" "-sIMPORTED_MEMORY -nostdlib -Wl,--shared-memory,--no-check-features \
     -Wl,--export=_emscripten_thread_init,--export=_emscripten_thread_exit \
-    -Wl,--export=emscripten_tls_init $lib/crt1.o $lib/crtbegin.o -lstandalonewasm-memgrow \
+    -Wl,--export=_emscripten_thread_free_data,--export=emscripten_tls_init $lib/crt1.o $lib/crtbegin.o -lstandalonewasm-memgrow \
     -lstubs -lc-mt -ldlmalloc-mt -lcompiler_rt-mt" '-pthread -matomics'
 rm -rf "$package"
 mkdir -p "$package/bin"

@@ -5,8 +5,9 @@
 export interface Options {
     /** Name of the input: its ending says nothing, its stem names the outputs. */
     name?: string;
+    /** Is told the share of the bake that is done, or of a stage before or after it. */
     onProgress?: (share: number) => void;
-    /** Threads of the run, in node: 1 unless this says more. Pages have one. */
+    /** Threads of the run, in node: 1 unless this says more, up to 64. Pages have one. */
     threads?: number;
     /** Ends the run at once, which then rejects with the signal's reason. */
     signal?: AbortSignal;

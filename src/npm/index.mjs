@@ -33,7 +33,7 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
     const ready = compiled ??= compile();
     ready.catch(() => { compiled = undefined; });
     const used = []; // the run's thread, and those that it begins
-    let stop;
+    let stop, over = false;
     try {
         const result = await new Promise((resolve, reject) => {
             stop = () => reject(signal.reason);
@@ -42,24 +42,27 @@ export async function run(args, files = {}, { onProgress, signal } = {}) {
             const begin = async task => {
                 const t = await used[used.push(thread()) - 1];
                 t.ref?.();
-                t.onmessage = ({ data }) => take(data).catch(reject);
-                t.onerror = event => reject(event.error ?? event);
+                t.onmessage = ({ data }) => over || take(data).catch(reject);
+                t.onerror = ({ message }) => reject(refusal(message, 1));
                 t.postMessage(await task);
             };
             const take = async data => 'done' in data ? onProgress?.(data.done)
                 : data.thread ? begin(data) : resolve(data);
             begin(ready.then(module => ({ module, args, files }))).catch(reject);
         });
-        if (resting.length < 4) {
-            resting.push(await used.shift());
-            resting.at(-1).unref?.();
-        }
+        const t = await used.shift();
+        t.unref?.();
+        resting.length < 4 ? resting.push(t) : t.terminate();
         return result;
     } finally {
+        over = true;
         signal?.removeEventListener('abort', stop);
         for (const t of used) t.then(t => t.terminate(), () => {});
     }
 }
+
+const refusal = (message, status, text = '') =>
+    Object.assign(new Error(message), { name: 'IblbakeError', status, text });
 
 // { irradianceSize: 32, skybox: true, only: ['lut'] } as on a command line.
 const commandLine = options => Object.entries(options).flatMap(([key, value]) => {
@@ -77,8 +80,7 @@ async function command(words, { onProgress, signal, ...options }, given, ...oper
     const made = await run([...words, ...commandLine(options), '--', ...operands], files,
         { onProgress, signal });
     if (made.status)
-        throw Object.assign(new Error(made.stderr.trim().replace(/^iblbake: /gm, '')),
-            { name: 'IblbakeError', status: made.status, text: made.stdout });
+        throw refusal(made.stderr.trim().replace(/^iblbake: /gm, ''), made.status, made.stdout);
     return { files: Object.fromEntries(Object.entries(made.files).map(([name, bytes]) =>
         [name.replace(/^out\//, ''), bytes])), log: made.stderr, text: made.stdout };
 }

@@ -16,27 +16,20 @@ const STACK = 44; // in the C library's struct of a thread
 // Runs `module` with arguments; returns its exit status.
 //   fs, cwd, isTerminal       as of node
 //   process, isGone, place, cpus   see port.h
-//   spawn                     is given what another thread runs as `thread`; it waits
+//   spawn                     is given what another thread is to run as `thread`
+//   last                      is given what removes, as `thread`, what was begun
 //   progress                  is told the share that is done
-//   interrupted               asked now and then: a status to exit with, or 0
 export function run(module, args, host, thread) {
     const { fs } = host;
     const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0, pipe: true }]));
     const encoder = new TextEncoder(), decoder = new TextDecoder();
-    let exports, memory, view, bytes, leaving = 0, left = 63, kept = 0;
+    let exports, memory, view, bytes, left = 63, kept = 0;
 
     const look = () => { // the memory moves when it grows
         if (bytes?.buffer !== memory.buffer) {
             bytes = new Uint8Array(memory.buffer);
             view = new DataView(memory.buffer);
         }
-        const status = !leaving && host.interrupted?.();
-        if (status) leave(status);
-    };
-    const leave = status => { // removes what was begun, through this host
-        leaving = true;
-        leaving = exports.leave();
-        if (leaving) throw { status };
     };
     const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
     const put = (at, string, room) => {
@@ -76,11 +69,10 @@ export function run(module, args, host, thread) {
                 return call();
             } catch (error) {
                 if (error.code === 'EOF') return 0; // a pipe's, on Windows
-                if (error.code === 'EPIPE' && f.fd < 3) leave(141);
+                if (error.code === 'EPIPE' && f.fd < 3) throw exports.leave() ?? { status: 141 };
                 if (error.code === 'ESPIPE' && !f.pipe) f.pipe = true;
                 else if (error.code !== 'EAGAIN') throw error;
                 Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
-                look();
             }
         }
     };
@@ -175,11 +167,22 @@ export function run(module, args, host, thread) {
         proc_exit(status) { throw thread ? Error('aborted') : { status }; },
         setTempRet0(value) { kept = value; },
         getTempRet0: () => kept,
-        __emscripten_init_main_thread_js(at) { enter(at, 1); },
+        __emscripten_init_main_thread_js(at) {
+            enter(at, 1);
+            const size = 1 << 16, last = exports.malloc(size); // a thread and its stack
+            bytes.fill(0, last, last + size);
+            view.setUint32(last + STACK, last + size, true);
+            host.last?.({ module, memory, at: last });
+        },
         _emscripten_default_pthread_stack_size: () => 1 << 20,
         __pthread_create_js(at, attributes, start, given) {
-            if (!host.spawn || !left--) fail('EAGAIN');
+            if (!host.spawn || !left) fail('EAGAIN');
+            left--;
             host.spawn({ module, memory, at, start, given });
+        },
+        __emscripten_thread_cleanup(at) { // after it was joined
+            left++;
+            exports._emscripten_thread_free_data(at);
         },
     };
     const iblbake = {
@@ -193,10 +196,10 @@ export function run(module, args, host, thread) {
             return fd;
         }, -1),
         process: () => host.process,
-        is_gone: process => { look(); return host.isGone(process) ? 1 : 0; },
+        is_gone: process => host.isGone(process) ? 1 : 0,
         cpus: () => host.cpus ?? 1,
         place: (at, room) => { look(); put(at, host.place, room); },
-        progress: done => { look(); host.progress?.(done); },
+        progress: done => host.progress?.(done),
     };
     const enter = (at, main) => {
         exports._emscripten_thread_init(at, 0, main, 1, 0);
@@ -231,6 +234,7 @@ export function run(module, args, host, thread) {
         if (!thread) return exports._start() ?? 0;
         look();
         enter(thread.at, 0);
+        if (!thread.start) return exports.leave() ?? 0;
         const begin = exports.__indirect_function_table.get(thread.start);
         exports._emscripten_thread_exit(begin(thread.given));
         return 0;

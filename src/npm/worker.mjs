@@ -17,7 +17,8 @@ port.onmessage = ({ data: { module, args, files, thread } }) => {
     try {
         const status = run(module, ['iblbake', ...args], {
             fs, isTerminal: () => false, process: 1, isGone: () => false, place: '',
-            cwd: () => '/', spawn: thread => port.postMessage({ thread }), progress: done => port.postMessage({ done }),
+            cwd: () => '/', progress: done => port.postMessage({ done }),
+            spawn: thread => port.postMessage({ thread }),
         });
         const made = fs.made();
         port.postMessage({ status, files: made, stdout: said[1], stderr: said[2] },

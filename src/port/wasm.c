@@ -3,8 +3,7 @@
  * WebAssembly, in an instance that is thrown away after main. Calls of the C
  * library arrive at src/npm/system.mjs, and what it has no calls for, which is
  * declared here. Each thread has a host of its own, and the first one's has the
- * files. Nothing can come from outside while it runs, so the host asks to be
- * left when it is called.
+ * files. The host takes signals.
  */
 #include "port/port.h"
 
@@ -47,7 +46,6 @@ int ibl_port_cpus(void)
 }
 
 static void (*leaving)(void);
-static bool held;
 
 void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
@@ -58,16 +56,15 @@ void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 
 void ibl_port_hold_signals(bool hold)
 {
-    held = hold;
+    (void)hold; /* there are none */
 }
 
-/* Called by the host: whether it can end the program now. */
-__attribute__((export_name("leave"))) int ibl_port_leave(void);
-int ibl_port_leave(void)
+/* Called by the host before it ends the program, on any thread. */
+__attribute__((export_name("leave"))) void ibl_port_leave(void);
+void ibl_port_leave(void)
 {
-    if (leaving && !held)
+    if (leaving)
         leaving();
-    return !held;
 }
 
 void (*const ibl_port_progress)(double done) = host_progress;
