@@ -64,6 +64,11 @@ test_threads() {
         "$npm" -q -j $j "$top/data/sky.exr" -o $j --method sampled --samples 64 --zstd 3
         diff -r 1 $j
     done
+    # Where the system has fewer, nothing is left.
+    (ulimit -n 200; "$npm" -q -j 64 "$top/data/sky.exr" -o few 2>log)
+    is 1 $? status
+    has 'fewer threads (-j) may do' log
+    absent few
 }
 
 test_compressions() {
@@ -88,8 +93,11 @@ test_streams() {
     "$npm" - -q -o piped --size 16 < <(cat "$top/data/forest.exr")
     cmp stdin/env_specular.ktx2 piped/env_specular.ktx2
     is '{' "$("$npm" info --json "$top/data/forest.exr" | head -c 1)"
-    # What waits for input ends by a signal.
+    # It waits for who writes, and then ends by a signal.
     mkfifo fifo
+    { sleep .3; cat "$top/data/forest.exr" >fifo; } &
+    "$npm" fifo -q -o late --size 16
+    cmp stdin/env_specular.ktx2 late/fifo_specular.ktx2
     exec 9<>fifo
     "$npm" - -o left <fifo 2>log &
     within test -d left || echo 'did not begin'
@@ -117,8 +125,8 @@ test_interrupted() {
     local status signal
     for signal in INT TERM; do
         mkdir "$signal"
-        (cd "$signal" && interrupt "$signal" "$npm" -q "$top/data/sky.exr" \
-            --size 2048 --pixel bc6h --quality best -o left/made; echo "$status" >../status)
+        (cd "$signal" && interrupt "$signal" "$npm" -q "$top/data/sky.exr" --size 2048 \
+            --pixel bc6h --quality best --zstd 22 -o left/made; echo "$status" >../status)
         [ "$(<status)" -gt 128 ] || echo "$signal: status $(<status)"
         find "$signal" -mindepth 1
     done
