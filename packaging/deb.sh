@@ -1,7 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deb.sh BUILD VERSION: builds Debian's packages in BUILD/deb, of a copy of the
-# tree.
+# deb.sh BUILD VERSION: builds Debian's packages in BUILD/deb, of a copy there.
 set -eu
 deb=$1/deb
 tree=$deb/iblbake-$2

@@ -1,7 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# npm.sh BUILD VERSION: builds the package of npm in BUILD/npm, by emscripten and
-# the libraries of libraries.sh.
+# npm.sh BUILD VERSION: builds the package of npm in BUILD/npm, by emscripten.
 set -eu
 export NODE_PATH=/usr/share/nodejs # where Debian's emcc finds what it needs
 export PKG_CONFIG_LIBDIR=/nowhere # that of this system
@@ -17,8 +16,7 @@ build() { # OUT LDLIBS FLAGS: OUT/iblbake.wasm
         DEFLATE=libdeflate WARN=-w CWARN= "$1/iblbake.wasm"
 }
 build "$1/wasm" '' '' # for pages, of one thread
-# emcc has threads only with a host of its own; the C library's parts that need no
-# host's help are those of one thread.
+# emcc has threads only with its own host; parts for no host know of one thread.
 build "$1/threads" "-sIMPORTED_MEMORY -nostdlib -Wl,--shared-memory,--no-check-features \
     -Wl,--export=_emscripten_thread_init,--export=_emscripten_thread_exit \
     -Wl,--export=_emscripten_thread_free_data,--export=emscripten_tls_init $lib/crt1.o $lib/crtbegin.o -lstandalonewasm-memgrow \

@@ -1,12 +1,12 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: MIT
-// The command. The program runs in threads beside this one, to which signals come:
-// it removes what the program has begun, and the process dies of them.
+// The command. The program runs in threads beside this one, so that signals reach it:
+// it then removes what it has begun, or this one does, and the process dies of them.
 const { Worker, isMainThread, parentPort, workerData } = require('node:worker_threads');
 const fs = require('node:fs'), os = require('node:os'), path = require('node:path');
 const system = import('../system.mjs');
 
-async function work({ thread }) {
+async function work({ stop, thread }) {
     const { run } = await system;
     if (thread) return run(thread.module, [], { fs }, thread);
     // Few runs pay for the optimizer.
@@ -23,28 +23,34 @@ async function work({ thread }) {
         cpus: Math.min(os.availableParallelism?.() ?? os.cpus().length, 8),
         spawn: thread => parentPort.postMessage({ thread }),
         last: last => parentPort.postMessage({ last }),
+        interrupted: () => Atomics.load(stop, 0),
     });
 }
 
 function main() {
-    let last, ends = false;
-    const end = how => {
-        if (ends) return; // npm sends what a terminal sends, too
-        ends = true;
-        Promise.resolve(last && work({ thread: last })).finally(how);
+    const stop = new Int32Array(new SharedArrayBuffer(4));
+    let last, left, how;
+    const end = action => {
+        if (how) return; // npm sends what a terminal sends, too
+        how = action;
+        Atomics.store(stop, 0, 1);
+        setTimeout(() => first.removeAllListeners('exit').terminate(), 300);
+        setTimeout(() => Promise.resolve(last && work({ thread: last })).finally(how), 400);
     };
     const begin = (data, advice) => {
-        const fail = error => end(() => {
-            fs.writeSync(2, `iblbake: ${error.message}${advice}\n`);
-            process.exit(1);
-        });
+        const fail = error => {
+            how || fs.writeSync(2, `iblbake: ${error.message}${advice}\n`);
+            end(() => process.exit(1));
+        };
         try {
             return new Worker(__filename, { argv: process.argv.slice(2), workerData: data })
                 .on('error', fail);
         } catch (error) { fail(error); }
     };
-    begin({}, '')?.on('message', message => {
+    const first = begin({ stop }, '').on('exit', () => left && how?.());
+    first.on('message', message => {
         last ??= message.last;
+        left = 'status' in message;
         if (message.thread) begin(message, ': fewer threads (-j) may do')?.unref();
         else process.exitCode = message.status;
     });

@@ -17,19 +17,27 @@ const STACK = 44; // in the C library's struct of a thread
 //   fs, cwd, isTerminal       as of node
 //   process, isGone, place, cpus   see port.h
 //   spawn                     is given what another thread is to run as `thread`
-//   last                      is given what removes, as `thread`, what was begun
+//   interrupted               asked now and then: whether to remove what was begun, and end
+//   last                      is given what removes it, as `thread`, when this one cannot
 //   progress                  is told the share that is done
 export function run(module, args, host, thread) {
     const { fs } = host;
     const files = new Map([0, 1, 2].map(fd => [fd, { fd, at: 0, pipe: true }]));
     const encoder = new TextEncoder(), decoder = new TextDecoder();
-    let exports, memory, view, bytes, left = 63, kept = 0;
+    let exports, memory, view, bytes, leaving = 0, left = 63, kept = 0;
 
     const look = () => { // the memory moves when it grows
         if (bytes?.buffer !== memory.buffer) {
             bytes = new Uint8Array(memory.buffer);
             view = new DataView(memory.buffer);
         }
+        if (host.interrupted?.()) leave(128);
+    };
+    const leave = status => { // removes what was begun, through this host
+        if (leaving) return;
+        leaving = true;
+        leaving = exports.leave();
+        if (leaving) throw { status };
     };
     const text = at => decoder.decode(bytes.slice(at, bytes.indexOf(0, at)));
     const put = (at, string, room) => {
@@ -69,7 +77,7 @@ export function run(module, args, host, thread) {
                 return call();
             } catch (error) {
                 if (error.code === 'EOF') return 0; // a pipe's, on Windows
-                if (error.code === 'EPIPE' && f.fd < 3) throw exports.leave() ?? { status: 141 };
+                if (error.code === 'EPIPE' && f.fd < 3) leave(141);
                 if (error.code === 'ESPIPE' && !f.pipe) f.pipe = true;
                 else if (error.code !== 'EAGAIN') throw error;
                 Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5);
@@ -199,7 +207,7 @@ export function run(module, args, host, thread) {
         is_gone: process => host.isGone(process) ? 1 : 0,
         cpus: () => host.cpus ?? 1,
         place: (at, room) => { look(); put(at, host.place, room); },
-        progress: done => host.progress?.(done),
+        progress: done => { look(); host.progress?.(done); },
     };
     const enter = (at, main) => {
         exports._emscripten_thread_init(at, 0, main, 1, 0);
@@ -234,7 +242,7 @@ export function run(module, args, host, thread) {
         if (!thread) return exports._start() ?? 0;
         look();
         enter(thread.at, 0);
-        if (!thread.start) return exports.leave() ?? 0;
+        if (!thread.start) return exports.leave();
         const begin = exports.__indirect_function_table.get(thread.start);
         exports._emscripten_thread_exit(begin(thread.given));
         return 0;

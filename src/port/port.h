@@ -48,9 +48,8 @@ void ibl_port_free(void *p);
 uint64_t ibl_port_memory(void);
 /* CPUs that this process may run on, but for quotas. */
 int ibl_port_cpus(void);
-/* The tightest limit of this process's groups: of "cpu.max", rounded up, or of
- * "memory.max"; 0: no limit. root is before the paths of system files: "", or a
- * folder in tests. */
+/* The tightest limit of this process's groups, of "cpu.max", rounded up, or of
+ * "memory.max"; 0: none. root: "", or in tests a folder before system paths. */
 uint64_t ibl_port_quota(const char *root, const char *name);
 
 /* ---- the program --------------------------------------------------------- */
@@ -63,11 +62,9 @@ void ibl_port_begin(int argc, char **argv, void (*leave)(void));
 /* Between true and false no signal stops the calling thread, or threads that it
  * starts, but their own faults. They do not nest. */
 void ibl_port_hold_signals(bool hold);
-/* Tells who runs the program as a part of theirs what share is done, or NULL.
- */
+/* Tells those who run the program as a part of theirs what is done, or NULL. */
 extern void (*const ibl_port_progress)(double done);
-/* Names what a process's number is valid in, among machines that share files.
- */
+/* Names where a process's number is valid, among machines that share files. */
 void ibl_port_place(char text[IBL_PORT_PATH]);
 bool ibl_port_is_gone(long process);
 

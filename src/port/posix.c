@@ -112,9 +112,9 @@ static void catch_signals(void)
 
 /* ---- the program --------------------------------------------------------- */
 
-/* Opens /dev/null for each of descriptors 0 to 2 that is closed, in the wrong
- * direction, so that using it still fails. Otherwise an output file could get
- * that number, and messages would be written into it. */
+/* What is closed of descriptors 0 to 2 becomes /dev/null in the wrong
+ * direction: using it still fails, and no output file gets the number of
+ * messages. */
 void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
     (void)argc;

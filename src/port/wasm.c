@@ -18,8 +18,7 @@ HOST("place") void host_place(char *text, int size);
 HOST("progress") void host_progress(double done);
 HOST("open") int host_open(const char *path, int flags);
 
-/* In place of the C library's, which opens nothing without a host of its own.
- */
+/* The C library's opens nothing without a host of its own. */
 long __syscall_open(const char *path, long flags, ...);
 long __syscall_open(const char *path, long flags, ...)
 {
@@ -46,6 +45,7 @@ int ibl_port_cpus(void)
 }
 
 static void (*leaving)(void);
+static bool held;
 
 void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 {
@@ -56,15 +56,16 @@ void ibl_port_begin(int argc, char **argv, void (*leave)(void))
 
 void ibl_port_hold_signals(bool hold)
 {
-    (void)hold; /* there are none */
+    held = hold;
 }
 
-/* Called by the host before it ends the program, on any thread. */
-__attribute__((export_name("leave"))) void ibl_port_leave(void);
-void ibl_port_leave(void)
+/* Called by the host: whether it can end the program now. */
+__attribute__((export_name("leave"))) bool ibl_port_leave(void);
+bool ibl_port_leave(void)
 {
-    if (leaving)
+    if (leaving && !held)
         leaving();
+    return !held;
 }
 
 void (*const ibl_port_progress)(double done) = host_progress;

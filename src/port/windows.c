@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Windows, from 10 on. Paths are UTF-8, as packaging/windows.manifest asks of
- * the system; in another program that uses the library they are of its code
- * page.
+ * Windows, from 10 on. Paths are UTF-8, as packaging/windows.manifest asks, or
+ * of the code page of another program that uses the library.
  */
 #include "port/port.h"
 
@@ -254,8 +253,6 @@ bool ibl_port_is_gone(long process)
     CloseHandle(h);
     return ended;
 }
-
-/* ---- functions that the C library lacks ---------------------------------- */
 
 void *memmem(const void *bytes, size_t size, const void *part, size_t length)
 {
