@@ -22,7 +22,8 @@ assert.equal(report.source.path, name);
 assert.equal(log, '');
 assert(shares.length > 4 && shares.at(-1) === 1 && shares.every(s => s >= 0 && s <= 1));
 
-// Threads change no byte. A blob is taken too, runs beside each other give the same, lists have commas.
+// Threads change no byte. A blob is taken too, runs beside each other give the same,
+// lists have commas.
 const again = await Promise.all([1, 2, 5].map(threads => bake(new Blob([bytes]), { name,
     threads, size: 32, irradianceSize: 8, only: 'specular,irradiance,json' })));
 for (const one of again) assert.deepEqual(one.files, files);

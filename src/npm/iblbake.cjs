@@ -34,7 +34,7 @@ function main() {
         if (how) return; // npm sends what a terminal sends, too
         how = action;
         Atomics.store(stop, 0, 1);
-        setTimeout(() => first.removeAllListeners('exit').terminate(), 300);
+        setTimeout(() => first?.removeAllListeners('exit').terminate(), 300);
         setTimeout(() => Promise.resolve(last && work({ thread: last })).finally(how), 400);
     };
     const begin = (data, advice) => {
@@ -47,8 +47,8 @@ function main() {
                 .on('error', fail);
         } catch (error) { fail(error); }
     };
-    const first = begin({ stop }, '').on('exit', () => left && how?.());
-    first.on('message', message => {
+    const first = begin({ stop }, '')?.on('exit', () => left && how?.());
+    first?.on('message', message => {
         last ??= message.last;
         left = 'status' in message;
         if (message.thread) begin(message, ': fewer threads (-j) may do')?.unref();
